@@ -108,7 +108,7 @@ void compare_bricks(benchmark::State& state) {
 }
 BENCHMARK(compare_bricks)->Name("edit/compare_bricks/i16");
 
-// What is done to each brick on its way to the device.
+// The work on each brick on its way to the device.
 void read_brick_as_floats(benchmark::State& state) {
     const Brick& brick = phantom(128).brick(glm::uvec3(1));
     std::vector<float> samples(kBrickSamples);

@@ -1,4 +1,4 @@
-// Of the interface: a texture times a colour.
+// Draws the interface: a texture times a colour.
 #version 460
 layout(binding = 0) uniform sampler2DArray picture;
 layout(location = 0) in vec2 texel;

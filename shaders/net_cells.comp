@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
-// What the walls do in each cell of the blocks to make: the links of engine/surface/net_cell.cpp, and
+// The work of walls in each cell of the blocks to make: the links of engine/surface/net_cell.cpp, and
 // the cells' vertices where they begin.
 
 #include "shaders/shared/nets.h"

@@ -58,7 +58,7 @@ bool is_drawn_here(float opacity) {
 #endif
 }
 
-// What counts for caps: all triangles of a mesh with outer labels, for its labels add up; else those
+// Triangles that count for caps: all of a mesh with outer labels, for its labels add up; else those
 // that are shown, of which each label is closed by itself.
 bool counts_for_caps(SurfaceMesh mesh, uint pair) {
 #if HAS_CLIPS && !HAS_THROUGH

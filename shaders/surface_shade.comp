@@ -21,7 +21,7 @@ layout(scalar, binding = kSurfaceWork) readonly buffer Work { SurfaceWork work; 
 
 uint triangle_of(uint low) { return (low & (kSurfaceLeaving - 1u)) - work.first_number; }
 
-// Of the arrays that are shaded now.
+// Belongs to the arrays that are shaded now.
 bool is_of(uint low) {
     return (low & kSurfaceShaded) == 0u && low >> kSurfaceMeshShift == work.mesh &&
            triangle_of(low) < work.triangle_count;

@@ -90,7 +90,7 @@ class Verdict {
                                           at->at_least ? "less" : "more", *at->limit));
         unused_.erase(at);
     }
-    // What is required whatever was given.
+    // Holds a measure to a limit that is required whatever was given.
     void require_at_most(const char* measure, double found, double limit) {
         if (found > limit)
             failed_.push_back(fmt::format("{} is {:.6g}, more than {:g}", measure, found, limit));
@@ -111,7 +111,7 @@ class Verdict {
     }
 
     bool none_given() const { return none_given_; }
-    // What is given for a measure that has not been judged yet.
+    // The limit that is given for a measure that has not been judged yet.
     std::optional<double> limit_of(std::string_view flag) const {
         for (const Tolerance& tolerance : unused_)
             if (tolerance.flag == flag)
@@ -134,7 +134,7 @@ std::string extension_of(const std::string& path) {
     return extension;
 }
 
-// What a name says of what is compared: nothing is read for it.
+// The kind of things to compare, told by a name: nothing is read for it.
 enum class Kind { picture, mesh, volume };
 
 Kind kind_of(const std::string& path) {

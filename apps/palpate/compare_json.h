@@ -5,7 +5,7 @@
 #include "engine/mesh/distance.h"
 #include "engine/volume/compare.h"
 
-// What `palpate compare` and palpate.compare() in Python report.
+// The reports of `palpate compare` and of palpate.compare() in Python.
 namespace palpate {
 
 Json json_of(const SampleDifference& difference);

@@ -56,7 +56,7 @@ Json json_of(const RunsAgreement& runs) {
             {"volume_cv", defined(runs.volume_cv)}};
 }
 
-// Of the closed surface of each label of a mesh with labels, 0 apart.
+// Figures of the closed surface of each label of a mesh with labels, 0 apart.
 using LabelFigures = std::map<uint16_t, MeshTopology>;
 
 std::optional<LabelFigures> figures_of_labels(const Mesh& mesh) {

@@ -19,9 +19,9 @@ Result<LabelComparison> compare_label_maps(const Volume& first, const Volume& tr
                                            const std::vector<Volume>& runs,
                                            const LabelScoresOptions& options, const Task& task);
 
-// What two meshes enclose, whatever the order of their triangles: `volume_mm3` [A, B], of a mesh
-// with labels the sum of theirs, null where a mesh without is not closed; and, where both have
-// them, `labels` with triangles, area and volume of each label's closed surface.
+// The volumes that two meshes enclose, whatever the order of their triangles: `volume_mm3` [A, B],
+// the sum over the labels of a mesh with labels, null where a mesh without is not closed; and,
+// where both have them, `labels` with triangles, area and volume of each label's closed surface.
 Json enclosed_volumes(const Mesh& first, const MeshTopology& of_first, const Mesh& second,
                       const MeshTopology& of_second);
 

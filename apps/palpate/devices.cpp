@@ -32,7 +32,7 @@ struct DevicesOptions {
     std::string name() const { return words.empty() ? "" : words.back(); }
 };
 
-// What is wrong with the words and options together.
+// Checks the words and options together.
 Result<void> check_together(const DevicesOptions& o) {
     if (o.words.size() > 1 && !o.tests())
         return fail("expected a device, or test and a device, found '{} {}'", o.words[0],
@@ -53,7 +53,7 @@ std::string usage_of(const DeviceEntry& entry) {
     return entry.name;
 }
 
-// What is 0 is not known, or not there.
+// A figure of 0 is not known, or its feature is not there.
 std::string limits_text(const DeviceCapabilities& c) {
     const glm::dvec3 reach_mm = 2e3 * c.workspace_m;
     std::string text = fmt::format("reach {:g} x {:g} x {:g} mm, {:g} Hz", reach_mm.x, reach_mm.y,

@@ -98,7 +98,7 @@ Result<void> check_undo(const std::vector<JournalEntry>& strokes, uint32_t undo)
     return {};
 }
 
-// What a journal that is there holds, if it may be touched; looked at before anything is loaded.
+// The contents of an existing journal, if it may be touched; looked at before loading anything.
 Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::path& path) {
     std::error_code error;
     if (!fs::exists(path, error)) {

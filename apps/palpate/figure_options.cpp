@@ -64,7 +64,7 @@ void make_room_for_legend(const FigureOptions& options, const SceneOptions& chos
     const double taken = legend_width_px(figure, scene.size_px);
     if (taken == 0.0 || taken > 0.5 * size.x)
         return;
-    // Where the slice begins, in pixels from the left.
+    // The slice begins so many pixels from the left.
     const auto slice_begins = [&](const Camera& camera) {
         const View view = make_view(camera, scene.size_px);
         const Grid& grid = opened.loaded.data.volume.grid();

@@ -29,7 +29,7 @@ struct FilterOptions {
     std::string out, type;
     std::vector<std::string> with; // NAME=FILE
     bool labels = false, list = false;
-    // Of the filters, by their place in the table.
+    // Texts of the filters' options, by the filters' places in the table.
     std::vector<std::vector<std::string>> texts =
         std::vector<std::vector<std::string>>(filters().size());
     const CLI::App* app = nullptr;

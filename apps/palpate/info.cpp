@@ -69,7 +69,7 @@ Json json_of(const LoadedVolume& loaded) {
     return json;
 }
 
-// Where an index axis points in the patient: "left 100 %, posterior 3 %", largest share first.
+// The direction of an index axis in the patient: "left 100 %, posterior 3 %", largest share first.
 std::string direction_words(glm::dvec3 axis) {
     constexpr const char* words[3][2] = {
         {"right", "left"}, {"anterior", "posterior"}, {"inferior", "superior"}};

@@ -52,7 +52,7 @@ Result<LoadedScene> load_inputs(const SceneOptions& options, SceneFile& file, co
     return loaded;
 }
 
-// What lies beside the volume is seen nowhere in it.
+// Volumes that lie beside the scene's volume are seen nowhere in it.
 void warn_of_apart(const SceneFile& file, LoadedScene& loaded) {
     const auto check = [&](const std::string& what, const std::optional<Volume>& volume) {
         if (!volume)

@@ -17,7 +17,7 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-// Of the volume as it is drawn: a sample wide where it is one sample thick.
+// The grid of the volume as it is drawn: a sample wide where it is one sample thick.
 Grid drawn_grid(const SceneToDraw& d) {
     return thickened(d.loaded.data.volume.grid());
 }
@@ -136,7 +136,7 @@ void add_transfer(const SceneToDraw& d, Sentences& out) {
         out.push_back(values + " have one colour in slices by the window or transfer function");
 }
 
-// What a camera sees, from the plane through its eye on.
+// The space that a camera sees, from the plane through its eye on.
 std::vector<HalfSpace> seen_by(const Camera& camera, glm::uvec2 size_px) {
     const View view = make_view(camera, size_px);
     const bool narrows = view.projection == Projection::perspective;

@@ -66,7 +66,7 @@ Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
     return {};
 }
 
-// What is wrong with the options whatever the scene: several values, or one option in all.
+// Checks the options whatever the scene: several values, or one option in all.
 Result<void> check_together(const SceneOptions& o) {
     for (const auto& [option, most, found] : {std::tuple("--slice", kMaxSlices, o.slices.size()),
                                               {"--clip", kMaxClipPlanes, o.clips.size()},

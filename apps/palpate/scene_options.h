@@ -67,8 +67,8 @@ std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Sce
 // The volumes that a scene names, for each_its_own().
 void append_files(const SceneFile& scene, std::vector<NamedFile>& files);
 
-// Where nothing says what to draw and the volume is a label map by its values: its surfaces, with a
-// note. For between loading the volumes and making meshes.
+// Draws the surfaces of a volume that is a label map by its values if nothing says what to draw,
+// with a note. For between loading the volumes and making meshes.
 void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded);
 
 // --only-label: hides the other labels of the map in rays, slices and surfaces. An error where no

@@ -196,7 +196,7 @@ std::optional<uint64_t> triangle_count(const std::string& text, uint64_t of) {
     return static_cast<uint64_t>(is_share ? std::ceil(number / 100.0 * double(of)) : number);
 }
 
-// Where the triangles asked for, or a tenth, did not go, a sentence says what held them.
+// Warns of what held the triangles if more are left than asked for or, unasked, than nine tenths.
 void warn_of_little_gain(const SurfaceCommand& options, uint64_t wanted, size_t before,
                          const Decimated& decimated) {
     const size_t after = decimated.mesh.triangles.size();
@@ -252,7 +252,7 @@ void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {
     warn_of_idle(app, idle);
 }
 
-// Of --labels; what is wrong with them.
+// Reads the value of --labels; returns what is wrong with it.
 std::string read_labels(const std::string& text, SurfaceCommand& options) {
     options.labels = true;
     options.only_labels.clear();
@@ -292,7 +292,7 @@ void tell_open_edges(const SurfaceCommand& options, const Mesh& mesh) {
             options.out, open);
 }
 
-// What is wrong with the options whatever the volume.
+// Checks the options whatever the volume.
 Result<void> check_together(const SurfaceCommand& o) {
     if (o.smoothing == Smoothing::bounded && !(o.labels && o.walls == Walls::shared))
         return fail("--smooth bounded: expected --labels with shared walls, found {}",

@@ -33,7 +33,7 @@ Json json_of(const MeshTopology& found);
 // `exact_passes`, the volume that shared walls smoothed so often enclose in double precision.
 Json label_entries(const Mesh& mesh, const Volume& volume, std::optional<uint32_t> exact_passes);
 
-// Of shared walls: lines where three or more meet are no fault, unless one label's surface has it.
+// For shared walls: lines where three or more meet are no fault, unless one label's surface has it.
 void count_faults_by_label(Json& report, const Json& labels);
 
 } // namespace palpate

@@ -79,7 +79,7 @@ Result<std::optional<TouchParameters>> touch_of_scene_file(const std::string& pa
     return std::optional(own);
 }
 
-// Of the options; where SCENE has its own, these but for the options that are given.
+// The parameters of the options; if SCENE has its own, those, except for options that are given.
 Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& scene,
                                       const CLI::App& app) {
     const bool is_project = Project::is_one(o.scene);
@@ -168,7 +168,7 @@ Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::st
     return done;
 }
 
-// What is wrong with the options whatever the scene.
+// Checks the options whatever the scene.
 Result<void> check_together(const TouchOptions& o) {
     if (o.friction.size() > 1 && o.friction[1] > o.friction[0])
         return fail(

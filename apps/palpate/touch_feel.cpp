@@ -213,8 +213,8 @@ void warn_of_absent_labels(const Feel& feel) {
         log::warning("--label-feel: no sample has label {}", fmt::join(absent, ", "));
 }
 
-// What `read` makes of an option's text; an error names the option. The command line has refused
-// what cannot be read; Python has not.
+// Reads an option's text by `read`; an error names the option. The command line has refused texts
+// that cannot be read; Python has not.
 template <class Read>
 auto read_option(const char* option, Read read, const std::string& text) -> decltype(read(text)) {
     auto value = read(text);

@@ -13,8 +13,8 @@ class App;
 
 namespace palpate {
 
-// Where the hand of `palpate touch` means to be: a file, a motion by name, or where a person moves
-// it; or which file to write for a first try.
+// The intended path of the hand of `palpate touch`: a file, a motion by name, or the moves of a
+// person; or which file to write for a first try.
 struct PathOptions {
     std::string path, trajectory, write; // one of them,
     bool live = false;                   // or none: a person moves the device
@@ -26,7 +26,7 @@ void add_path_options(CLI::App& app, PathOptions& options);
 // Fails where options contradict one another whatever the scene.
 Result<void> check_together(const PathOptions& options);
 
-// Where a path and a volume lie: "it stays within left .., and the volume within left ..".
+// Tells where a path and a volume lie: "it stays within left .., and the volume within left ..".
 std::string place_text(const haptics::HandPath& path, const Grid& grid);
 
 // The path, about the volume's centre where no point is given; of a live device that centre. Fails

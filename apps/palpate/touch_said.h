@@ -10,7 +10,7 @@
 // Warnings of `palpate touch`.
 namespace palpate {
 
-// Of options without an effect.
+// Warns of options without an effect.
 void warn_of_idle_options(const CLI::App& app, const TouchOptions& o,
                           const haptics::AlgorithmEntry& algorithm, haptics::TouchSource source,
                           const haptics::DeviceEntry& device);

@@ -7,7 +7,7 @@
 
 #include "engine/session/project.h"
 
-// Where the strokes of `palpate touch` are kept: in the project that SCENE is, or in a journal
+// Strokes of `palpate touch` are kept in the project that SCENE is, or in a journal
 // beside the file of -o.
 namespace palpate {
 
@@ -34,7 +34,7 @@ SessionSetup setup_in_project(SessionSetup project, SessionSetup felt, EditSetup
 Result<std::optional<Journal>> begin_journal(const TouchedStrokes& strokes,
                                              const Document& document);
 
-// What is done, or why it is not: then the strokes stay.
+// Passes on `done`; the strokes stay if it is an error.
 Result<void> end_journal(const TouchedStrokes& strokes, Result<void> done);
 
 } // namespace palpate

@@ -23,7 +23,7 @@ bool is_movie(const std::string& output) {
     return output.ends_with(".mp4");
 }
 
-// Where a file's name has the number of a picture, and how many digits that has: the last run of #,
+// The place of a picture's number in a file's name, and how many digits it has: the last run of #,
 // or %03d as other programs write it.
 struct NumberPlace {
     size_t begin = 0, length = 0, digits = 0;

@@ -25,7 +25,7 @@ class Findings {
  public:
     // Later findings belong to this line; a new one, or the one of that name.
     void part(const std::string& name);
-    // Where: a scene, and a pixel of it.
+    // The place of the findings: a scene, and a pixel of it.
     void in(std::string scene) { scene_ = std::move(scene); }
     void at(uint32_t x, uint32_t y) { x_ = x, y_ = y; }
 

@@ -163,9 +163,9 @@ void grazing(Painter& painter, Findings& findings) {
 
 namespace {
 
-// What is 1 on the middle plane of samples and 0 on all others is a sheet of triangular profile, as
-// thin as a grid holds; trilinear interpolation makes its integral along its normal exactly one
-// sample. What is `peak` on one line of samples alone is a tube of that kind.
+// A volume that is 1 on the middle plane of samples and 0 on all others is a sheet of triangular
+// profile, as thin as a grid holds; trilinear interpolation makes its integral along its normal
+// exactly one sample. A volume that is `peak` on one line of samples alone is a tube of that kind.
 constexpr double kSheetMm = 1.0;
 
 Volume sheet() {

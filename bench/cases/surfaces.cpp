@@ -52,7 +52,7 @@ void gradient_operator(Painter& painter, Findings& findings) {
                 const double moved = h * h / (4.0 * radius * radius * cosine);
                 const double angle = std::abs(std::acos(std::min<double>(image.at(x, y, 0), 1.0)) -
                                               std::acos(cosine));
-                // Where the cosine is nearly 1 a small error of it is a large one of the angle.
+                // If the cosine is nearly 1 a small error of it is a large one of the angle.
                 const double seen = cosine > 0.995 ? std::abs(image.at(x, y, 0) - cosine) : angle;
                 findings.within(seen, bound + moved);
                 sum += seen;

@@ -19,7 +19,7 @@ struct SegmentInput {
     Volume tissues; // u8: 0 air, 1 from -300 HU, 2 from 300 HU
     Volume edges;   // f32: gradient magnitude of 1.5 mm, 0 .. 1, on samples 1 mm apart
     Volume one;     // f32: 1 everywhere
-    // Of gradient vector flow: that of ITK, where it has run.
+    // The residual of gradient vector flow: that of ITK, where it has run.
     double flow_residual = 0.5;
 };
 Result<SegmentInput> segment_input(const Volume& grey);
@@ -30,15 +30,15 @@ constexpr double kBall_mm = 3.0;
 // A grid of the same size and middle, turned by 0.3 about two axes.
 Grid turned_grid(const Grid& grid);
 
-// What fronts start from, and their cost by the likeness to 40 HU.
+// The start of fronts, and their cost by the likeness to 40 HU.
 Volume middle_seed(const Volume& grey);
 Result<Volume> soft_tissue_cost(const Volume& grey, const Task& task);
 
-// Of the level set: the skin of all that is not air, evened by curvature, by as many steps.
+// For the level set: the skin of all that is not air, evened by curvature, by as many steps.
 constexpr double kSkinCurvature_mm = 0.5;
 constexpr int kSkinSteps = 50;
 
-// What both make, in x-fastest order.
+// The result of ours and of the peer, in x-fastest order.
 using Samples = std::vector<float>;
 
 struct SegmentCase {

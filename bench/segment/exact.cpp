@@ -115,7 +115,7 @@ double exact_median(const SegmentInput& in, glm::ivec3 at) {
     return all[13];
 }
 
-// Of 2 mm and 50 HU, to 8 sigma in space.
+// The bilateral filter of 2 mm and 50 HU, to 8 sigma in space.
 double exact_bilateral(const SegmentInput& in, glm::ivec3 at) {
     const glm::dvec3 spacing = spacing_mm(in.grey.grid());
     const glm::ivec3 reach(16.0 / spacing);

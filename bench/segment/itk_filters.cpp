@@ -123,8 +123,8 @@ ItkRun resample_run(const SegmentInput& input, bool cubic) {
     });
 }
 
-// Of the gradient of the edge map by differences of neighbours, as ours takes it; with half of the
-// largest time step at which the iteration is stable. ITK reads no spacing here: it is 1.
+// Runs on the gradient of the edge map by differences of neighbours, as ours takes it, with half of
+// the largest time step at which the iteration is stable. ITK reads no spacing here: it is 1.
 ItkRun vector_flow_run(const SegmentInput& input) {
     using Vector = itk::CovariantVector<float, 3>;
     using Vectors = itk::Image<Vector, 3>;

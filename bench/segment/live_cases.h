@@ -5,7 +5,7 @@
 
 #include "engine/segment/task.h"
 
-// What a person waits for while the hand moves: times of single answers.
+// Times of single answers that a person waits for while the hand moves.
 namespace palpate::bench {
 
 struct LiveTimes {

@@ -130,7 +130,7 @@ double share(size_t part, size_t whole) {
     return whole ? double(part) / double(whole) : 0.0;
 }
 
-// Of one task, without (0) and with force (1).
+// Results of one task, without (0) and with force (1).
 struct Off {
     std::vector<double> hand_mm, proxy_mm, apart2_mm2;
     size_t trials = 0, hand_outside = 0, proxy_outside = 0;

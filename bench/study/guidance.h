@@ -5,7 +5,7 @@
 
 namespace palpate::bench {
 
-// What guidance (haptics/proxy/guide.h) is worth to a simulated hand, on abdomens of
+// The worth of guidance (haptics/proxy/guide.h) to a simulated hand, on abdomens of
 // liver_phantom(): a hand with a simulated device, the whole servo with its safety chain, on a
 // virtual clock. The hand misses what it means: an aim, or a slow wander along a line, and tremor.
 // Such sizes are assumptions, measured on nobody.

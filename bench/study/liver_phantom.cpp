@@ -193,7 +193,7 @@ class Abdomen {
     std::vector<Ellipsoid> lesions_;
 };
 
-// Of variance 1: a mean over 2 x 2 samples of a slice.
+// Noise of variance 1: a mean over 2 x 2 samples of a slice.
 double smooth_noise(glm::uvec3 index, uint64_t seed) {
     double sum = 0.0;
     for (uint32_t y = 0; y < 2; ++y)

@@ -26,7 +26,7 @@ double median(std::vector<double> values) {
     return values.size() % 2 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-// Of one approach over all volumes and users.
+// Figures of one approach over all volumes and users.
 struct Tally {
     std::vector<double> dice, sensitivity, specificity, box_specificity, precision;
     std::vector<double> distance_mm, far_mm; // of surfaces: mean, and 95 % are nearer
@@ -214,7 +214,7 @@ Held hold(const SimplexMesh& mesh, const MeshPull& pull) {
     return held;
 }
 
-// Of the three approaches that begin with seeds.
+// Figures of the three approaches that begin with seeds.
 struct Seeded {
     Tally marching, mesh, pulled;
 

@@ -20,7 +20,7 @@ struct Habits {
     double mistakes_kept = 0.05; // share of the balls beside the object that are not noticed
 };
 
-// What was done by hand. Seconds are derived at these rates, and measured on nobody.
+// The work done by hand. Seconds are derived at these rates, and measured on nobody.
 struct Interaction {
     static constexpr double kClick_s = 1.5, kPath_mm_per_s = 50.0;
 

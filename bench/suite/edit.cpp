@@ -50,7 +50,7 @@ Json row_of(const std::string& what, const std::vector<double>& ms, double targe
     return row;
 }
 
-// Where a ray from outside to the middle first meets bone; the middle where it meets none.
+// The first place of bone on a ray from outside to the middle; the middle where it meets none.
 glm::dvec3 place_on_bone(const Volume& volume, glm::dvec3 direction) {
     const glm::dvec3 middle = 0.5 * (glm::dvec3(volume.size()) - 1.0);
     double t = 1.0;

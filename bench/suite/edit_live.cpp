@@ -27,7 +27,7 @@ haptics::HandPath pressed_path(const std::vector<glm::dvec3>& path_mm, double se
     return haptics::HandPath(std::move(poses));
 }
 
-// What the device did after the last byte of an edit had arrived.
+// The device's time for all that it did after the last byte of an edit had arrived.
 double ms_after_uploads(const std::vector<PassTime>& passes) {
     double ms = 0.0;
     for (const PassTime& pass : passes)

@@ -6,8 +6,8 @@
 
 namespace palpate::bench {
 
-// Where figures come from: commit, compiler, processor, device and driver, and how busy the machine
-// was.
+// The environment of figures: commit, compiler, processor, device and driver, and how busy the
+// machine was.
 Json environment(const DeviceInfo& device);
 
 // How much of the machine other processes used since construction.

@@ -1,4 +1,4 @@
-// What a frame costs the thread that records it, and whether that grows with the volume.
+// The cost of a frame to the thread that records it, and whether that grows with the volume.
 
 #include <tbb/global_control.h>
 
@@ -143,7 +143,7 @@ double thread_ms() {
 // More than a processor's caches hold.
 constexpr size_t kCacheBytes = size_t{64} << 20;
 
-// Where the processor stands for the device, what is left in its caches depends on how long the
+// If the processor stands for the device, what is left in its caches depends on how long the
 // picture before took. A thread that comes back to draw after other work finds them cold.
 void empty_caches() {
     static std::vector<uint8_t> bytes(kCacheBytes);
@@ -185,7 +185,7 @@ class Series {
     bool atlas() const { return atlas_; }
 
  private:
-    // What is measured, as a function of its own: callgrind counts its instructions by name
+    // The measured work, as a function of its own: callgrind counts its instructions by name
     // (docs/reference/bench.md).
     [[gnu::noinline]] Result<FrameStats> draw_views(const std::vector<Scene>& scenes,
                                                     const SceneData& data) {
@@ -235,7 +235,7 @@ Json row_of(const Look& look, const Sample& sample, bool atlas, const char* fram
 
 Result<Report> run_frame(Bench& bench) {
     PALPATE_TRY(const FramePlan plan, frame_plan_of(bench.options()));
-    // What frames hand to other threads is done by this one, so that its time holds all of it.
+    // This thread does what frames hand to other threads, so that its time holds all of it.
     const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
     Report report;
     Json rows = Json::array(), aims = Json::array();

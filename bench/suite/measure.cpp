@@ -38,7 +38,7 @@ void add_voxels(Hash& hash, const Volume& volume) {
     });
 }
 
-// What truth depends on: neither integrator nor step nor where a ray may stop.
+// The part of a layer that truth depends on: neither integrator nor step nor where a ray may stop.
 RayCastLayer without_settings(RayCastLayer layer) {
     RayCastLayer plain;
     plain.mode = layer.mode;

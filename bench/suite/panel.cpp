@@ -110,7 +110,7 @@ Json panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
         if (peer.errors) {
             any = true;
             const Cost cost{spread(peer.wall_ms).median, peer.errors->rmse};
-            // Of ours that are faster, the most exact.
+            // The most exact of ours that are faster.
             std::optional<size_t> best;
             for (size_t i = 0; i < costs.size(); ++i)
                 if (strictly_below(costs[i], cost) &&

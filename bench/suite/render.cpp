@@ -88,7 +88,7 @@ void add_first_frame_aims(const Subject& subject, double first_ms,
         }
 }
 
-// What --only names. Asked for by name, the moving hand is looked at from all round, too.
+// The parts that --only names. Asked for by name, the moving hand is looked at from all round, too.
 struct Parts {
     bool frames = true, relative = true;
     int pairs = 0;

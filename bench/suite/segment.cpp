@@ -130,7 +130,7 @@ Result<void> add_guidance(const Options& options, Json& json) {
     return {};
 }
 
-// What a person waits for, in the same table.
+// Adds the answers that a person waits for to the same table.
 Result<void> add_live_case(const LiveCase& one, const Options& options, Json& json) {
     PALPATE_TRY(const LiveTimes found, one.run(options.tiny, {options.stop, {}}));
     const Spread ms = spread(found.ms);

@@ -58,8 +58,8 @@ struct WorstCell {
     void keep(double value, const std::string& cell);
 };
 
-// Of one algorithm over the whole grid, by the names that touch_grid.cpp gives them: sums, the
-// largest figures, and the directions of all ticks, of which the worst cell's percentile says less.
+// Totals of one algorithm over the whole grid, by the names of touch_grid.cpp: sums, the largest
+// figures, and the directions of all ticks, of which the worst cell's percentile says less.
 struct TouchTotals {
     std::map<std::string, uint64_t> counts;
     std::map<std::string, WorstCell> worst;

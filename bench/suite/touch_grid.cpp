@@ -20,7 +20,7 @@ namespace {
 using haptics::AlgorithmEntry;
 using touch::Figures;
 
-// What the issue asks of a scene; NaN: nothing of this kind.
+// The bounds that the issue sets for a scene; NaN: nothing of this kind.
 struct Bound {
     double penetration = NAN, direction = NAN, jump = NAN, free_force = NAN, field_force = NAN;
 };
@@ -90,7 +90,7 @@ Json cell_json(const Figures& f, const touch::Scene& scene) {
     return cell;
 }
 
-// What is beyond a bound, in words, with the figure and the bound; empty where all holds.
+// The figures that are beyond a bound, in words, with the bound; empty where all holds.
 std::string beyond(const Figures& f, const Bound& bound) {
     std::string text;
     const auto judge = [&](const char* what, double found, double most) {
@@ -206,7 +206,7 @@ std::vector<Json> rows_of(const touch::Scene& scene, const std::string& stored,
     return rows;
 }
 
-// What a hand feels that goes its way whatever the force says.
+// Measures what a hand feels that goes its way whatever the force says.
 class OpenLoop {
  public:
     OpenLoop(const TouchPlan& plan, const TouchParts& parts, AllTotals& totals)
@@ -271,8 +271,8 @@ class OpenLoop {
     std::vector<std::string> failures_;
 };
 
-// What a hand may mean to do with a device: the first of each of T1 to T6, and T1, which ends in a
-// hold, on every device.
+// The motions that a hand may mean to do with a device: the first of each of T1 to T6, and T1,
+// which ends in a hold, on every device.
 struct Intended {
     touch::Trajectory path;
     const haptics::DevicePreset* device;
@@ -298,8 +298,8 @@ std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPl
     return intended;
 }
 
-// Of work done and held by the spring, in steps of the encoder under the largest force sent, below
-// which no observer sees.
+// Keeps the sum of work done and energy held by the spring, in steps of the encoder under the
+// largest force sent, below which no observer sees.
 void keep_energy(TouchTotals& totals, const touch::LoopResult& found,
                  const haptics::DevicePreset& device, const std::string& cell) {
     const double step_mj = 1e3 * found.largest_sent_n * device.capabilities.resolution_m;

@@ -1,4 +1,4 @@
-// What the plan measures, with its gates, and what papers and programs report.
+// The metrics of the plan, with their gates, and those that papers and programs report.
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// What --only names of `palpate bench touch`.
+// The parts that --only names for `palpate bench touch`.
 
 #include <algorithm>
 #include <array>

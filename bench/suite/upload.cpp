@@ -1,4 +1,4 @@
-// What it takes to bring voxels to the device: a whole volume, and the bricks an edit touched,
+// The cost of bringing voxels to the device: a whole volume, and the bricks an edit touched,
 // beside a plain memcpy of as many bytes.
 
 #include <algorithm>

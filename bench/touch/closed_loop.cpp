@@ -46,7 +46,7 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     haptics::Passivity passivity(passivity_settings(limits, device.capabilities()));
     double stored_j = 0.0;
     const auto controlled = [&](const haptics::DeviceSample& sample, dvec3 rendered_n) {
-        // What is no number is nothing, as in the chain.
+        // A force that is not a number becomes zero, as in the chain.
         const dvec3 force_n = haptics::limit_magnitude(rendered_n, 1e6);
         stored_j =
             haptics::stored_energy_j(glm::length(force_n), parameters.stiffness_n_per_m, most_n);

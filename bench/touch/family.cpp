@@ -45,7 +45,7 @@ double phi(double x) {
     return 0.5 * std::erfc(-x / std::numbers::sqrt2);
 }
 
-// Of a distance into material, in coarsest spacings.
+// The value of an edge at a distance into material, in coarsest spacings.
 double profile(Edge edge, double u) {
     switch (edge) {
         case Edge::erf04:
@@ -73,7 +73,7 @@ double profile(Edge edge, double u) {
     return 0.0;
 }
 
-// Where else a sample takes values from, in spacings of the axes: its own voxel; a slice of 1.5.
+// Offsets of a sample's values, in spacings of the axes: within its own voxel; in a slice of 1.5.
 std::vector<dvec3> offsets_of(Edge edge) {
     std::vector<dvec3> offsets;
     if (edge == Edge::box)

@@ -22,8 +22,8 @@ enum class Edge { erf04, erf07, erf12, ramp1, ramp2, box, clipped, bone, slice }
 constexpr size_t kEdges = 9;
 const char* name_of(Edge edge);
 
-// What lies over it. `signal`: as the root of the value; `masked`: free space is constant; `salt`:
-// 0.2 % of the samples are 0 or 1.
+// Disturbances of the values. `signal`: as the root of the value; `masked`: free space is constant;
+// `salt`: 0.2 % of the samples are 0 or 1.
 enum class Noise { none, white, correlated, signal, masked, ring, salt };
 struct NoiseLevel {
     Noise noise;
@@ -49,7 +49,7 @@ struct FamilyScene {
 };
 FamilyScene family_scene(uint64_t seed, Edge edge, NoiseLevel level);
 
-// Of all scenes of a seed: every edge without noise, and every noise on one edge.
+// One scene of a seed. Every edge has one without noise, and every noise has one on one edge.
 struct FamilyCell {
     Edge edge;
     NoiseLevel level;

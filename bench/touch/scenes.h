@@ -11,11 +11,11 @@
 
 namespace palpate::touch {
 
-// Of a scene's volume, to every side of the origin.
+// Reach of a scene's volume, to every side of the origin.
 constexpr double kReach_mm = 16.0;
-// Of flat walls. Hands stay within 11 mm of the middle on each axis, so within 19.1 mm of it, and
-// so do their projections to a plane through the middle; a proxy on its way there steps 4 of the
-// smallest spacings beyond at most. In a smaller volume such a way leads round the wall's rim.
+// Reach of flat walls. Hands stay within 11 mm of the middle on each axis, so within 19.1 mm of it,
+// and so do their projections to a plane through the middle; a proxy on its way there steps 4 of
+// the smallest spacings beyond at most. In a smaller volume such a way leads round the wall's rim.
 constexpr double kWallReach_mm = 26.0;
 
 // How a scene's body is stored.
@@ -59,7 +59,7 @@ struct TouchCase {
     double reach_mm = kReach_mm; // of its volume, to every side of the origin
     bool is_thin = false; // a wall below 1.5 voxels, of which nobody is asked to hold a point out
 
-    // Of A11 - A14; see special_cases.h.
+    // For cases A11 - A14; see special_cases.h.
     std::vector<EditStep> edits; // one after the other, over and over; the first is `solid`
     // The force itself, where no surface gives it, for a tool here and a proxy that was there in
     // the tick before; none where the closed form has no answer.

@@ -108,7 +108,7 @@ std::vector<TouchCase> cases_of_no_surface(const Storage& storage) {
     cases.push_back(none);
     for (const bool solid : {false, true}) {
         TouchCase one = case_of("A12", solid ? "size/1-solid" : "size/1", nothing());
-        // What lies beyond a volume is free, so a lone solid sample is matter: it may be felt.
+        // Space beyond a volume is free, so a lone solid sample is matter: it may be felt.
         one.solid.free_is_convex = !solid;
         one.judge_jumps = !solid;
         one.store = [=](const TouchCase&, const Storage& s, haptics::TouchScene& touch,

@@ -35,8 +35,8 @@ std::vector<TouchCase> special_cases(const Storage& storage);
 Scene patient_scene(const std::string& name, const Volume& volume, bool labels, double iso,
                     glm::dvec3 place_mm, glm::dvec3 outside);
 
-// Where rays from outside to the volume's middle first meet material, spread evenly over all
-// directions from above the equator; nothing for rays that meet none.
+// The places at which rays from outside to the volume's middle first meet material, spread evenly
+// over all directions from above the equator; nothing for rays that meet none.
 struct Place {
     glm::dvec3 mm, outside;
 };

@@ -7,7 +7,7 @@
 
 namespace palpate::touch {
 
-// Where the hand wants to be, tick by tick.
+// The places that the hand wants to be at, tick by tick.
 using Path = std::vector<glm::dvec3>; // world mm
 
 constexpr double kTick_s = 1e-3;

@@ -63,7 +63,7 @@ class AccuracyJudge {
     static Result<AccuracyJudge> make(Renderer& renderer, const Scene& scene, const SceneData& data,
                                       AccuracySampling sampling = {});
 
-    // Of the scene with another ray-cast layer, which differs in integrator, steps and
+    // The error of the scene with another ray-cast layer, which differs in integrator, steps and
     // min_transmittance only.
     Result<double> estimate(const RayCastLayer& layer);
 

@@ -55,7 +55,7 @@ double edge_of(double line) {
     return std::round(0.6 * line);
 }
 
-// What a legend has room for.
+// The rows of a legend that the picture has room for.
 struct LegendRows {
     std::vector<std::string> texts; // none where the picture is too small
     size_t whole = 0;               // so many are names; one more counts the others

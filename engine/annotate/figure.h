@@ -43,7 +43,7 @@ void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure);
 // modes mip and alpha. Null where there is none, or where it has one value alone.
 const TransferFunction* color_function(const Scene& scene);
 
-// What a corner note says of a scene: the volume's name, where its slices lie, its window or
+// The lines of a corner note: the volume's name, the place of the scene's slices, and its window or
 // iso-values.
 std::vector<std::string> note_of(const Scene& scene, const Grid& grid, const std::string& name,
                                  const std::string& unit);

@@ -12,9 +12,9 @@ namespace palpate {
 
 namespace {
 
-// Of ' ' to '~'. "M x y" lifts the pen and moves it, "L x y" draws a line, "A cx cy rx ry from to"
-// an arc of an ellipse (degrees, counter-clockwise where `to` is larger) with a line to its begin
-// where the pen is down, "a" the same with the pen lifted before.
+// Strokes of ' ' to '~'. "M x y" lifts the pen and moves it, "L x y" draws a line, "A cx cy rx ry
+// from to" an arc of an ellipse (degrees, counter-clockwise where `to` is larger) with a line to
+// its begin where the pen is down, "a" the same with the pen lifted before.
 constexpr std::array<const char*, 95> kGlyphs{
     "",
     "M 0 14 L 0 4.5 M 0 0 L 0 0.1",

@@ -66,8 +66,8 @@ bool holds_samples(const Grid& grid, glm::dvec3 direction) {
 std::string place_text(const Grid& grid, glm::dvec3 point_mm, glm::dvec3 normal) {
     normal = glm::normalize(normal);
     const int axis = strongest_axis(normal);
-    // Where the plane meets that axis's line through the volume's centre; of a plane across the
-    // axis, that is the point's own place.
+    // The plane meets that axis's line through the volume's centre at this value. For a plane at
+    // right angles to the axis it is the point's own.
     const glm::dvec3 center = center_mm(grid);
     const double mm = center[axis] + glm::dot(point_mm - center, normal) / normal[axis];
     const char letter = (mm < 0 ? "RAI" : "LPS")[axis];

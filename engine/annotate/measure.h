@@ -10,7 +10,7 @@
 // The geometry of marks over a picture, for whoever draws them: figures (figure.h) and windows.
 namespace palpate {
 
-// Where a direction points to in the patient: L R P A S I, the strongest first; those that hold
+// The patient's sides that a direction points to: L R P A S I, the strongest first; those that hold
 // less than a fifth of it are left out. "L", "LP", "AIR".
 std::string letters_of(glm::dvec3 direction);
 
@@ -22,14 +22,14 @@ struct ScaleBar {
 ScaleBar scale_bar(double mm_per_px, double most_px);
 std::string length_text(double mm); // "20 mm", "2 m"
 
-// Of a camera's picture, at right angles to the view direction: the same everywhere for an
-// orthographic camera; for perspective at the distance of the target, the focal plane.
+// The scale of a camera's picture at right angles to the view direction: the same everywhere for an
+// orthographic camera, and that at the distance of the target, the focal plane, for perspective.
 double mm_per_px(const Camera& camera, glm::uvec2 size_px);
 
 // Whether planes across a direction hold samples: it stands on two axes of the grid.
 bool holds_samples(const Grid& grid, glm::dvec3 direction);
 
-// Where a plane lies, along the patient's axis that is nearest to its normal: "S 12.5 mm, 46 of
+// The place of a plane along the patient's axis that is nearest to its normal: "S 12.5 mm, 46 of
 // 108" (the number of the layer of samples), or "S 12.5 mm, turned" where it cuts across layers.
 std::string place_text(const Grid& grid, glm::dvec3 point_mm, glm::dvec3 normal);
 

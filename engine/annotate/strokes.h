@@ -34,7 +34,7 @@ void draw_text(Image& image, glm::dvec2 at, glm::dvec2 anchor, std::string_view 
                const Pen& pen);
 double text_width_px(std::string_view text, const Pen& pen);
 
-// What a PNG holds: colours divided by alpha (Porter & Duff 1984 call the associated ones
+// Divides colours by alpha, as a PNG stores them (Porter & Duff 1984 call the associated ones
 // premultiplied); 0 where alpha is 0. A picture without channel A stays as it is.
 Image with_straight_alpha(Image image);
 

@@ -48,7 +48,7 @@ Result<void> expect_writable(const fs::path& path) {
         fs::read_symlink(path, ignored).string().starts_with("/proc/"))
         return fail("{}: cannot be written: expected a file, found a stream of this process",
                     path.string());
-    // What is no file would be replaced by one: /dev/null too, where the user may.
+    // Anything but a file would be replaced by one: /dev/null too, where the user may.
     if (const fs::file_status there = fs::status(path, ignored);
         fs::exists(there) && !fs::is_regular_file(there))
         return fail("{}: cannot be written: expected a file, found a folder or device",

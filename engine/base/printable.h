@@ -13,14 +13,14 @@ namespace palpate {
 // bytes that are no UTF-8 become \x1b, \u202e or \n: each byte or character that is shown so is
 // plain ASCII afterwards. Other UTF-8 stays. A backslash stays, so that paths can be copied.
 
-// Of one line: line breaks and tabs are escaped, too.
+// For a single line: line breaks and tabs are escaped, too.
 std::string printable(std::string_view text);
 
-// Of several lines: line breaks stay.
+// For several lines: line breaks stay.
 std::string printable_lines(std::string_view text);
 
-// Of a JSON document: what JSON allows unescaped in its strings becomes \u007f and the like, so
-// that the document says the same as before.
+// For a JSON document: such characters as its strings may hold unescaped become \u007f and the
+// like, so that the document says the same as before.
 std::string printable_json(std::string_view json);
 
 } // namespace palpate

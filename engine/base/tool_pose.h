@@ -5,8 +5,8 @@
 
 namespace palpate {
 
-// Where a hand holds a tool, in the world: the same for what touches (haptics) and for what cuts
-// (engine/edit).
+// The pose in the world of a tool that a hand holds: the same for tools that touch (haptics) and
+// tools that cut (engine/edit).
 struct ToolPose {
     glm::dvec3 position_mm{0.0};             // of the tool's origin
     glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // world_from_tool, unit length; (w, x, y, z)

@@ -29,7 +29,7 @@ class EditLag {
     // hand is ahead of it at this moment: what is felt and what is seen differ by so many.
     void reached(Reader reader, const EditState& state, int64_t at_ns);
 
-    // Of the newest 10,000 reports or more; percentiles: at least so many values are not above.
+    // Covers the newest 10,000 reports or more. Percentiles: at least so many values are not above.
     struct Figures {
         size_t count = 0;
         double median = 0, p99 = 0, most = 0;

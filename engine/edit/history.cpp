@@ -22,7 +22,7 @@ namespace {
 // A file without a name: gone with the process, however that ends.
 class SpillFile {
  public:
-    // Where the bytes lie; nothing where the folder takes none.
+    // Returns the place of the bytes in the file; nothing where the folder takes none.
     std::optional<off_t> append(const std::filesystem::path& folder, std::string_view bytes) {
         if (!fd_)
             fd_ = Fd(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
@@ -57,7 +57,7 @@ class SpillFile {
     off_t end_ = 0;
 };
 
-// What a step is at the moment: bricks, a packed difference, or a place on disk.
+// A step in the form that it has at the moment: bricks, a packed difference, or a place on disk.
 struct KeptStep {
     std::string title;
     bool empty = false; // of an edit that changed nothing

@@ -14,7 +14,7 @@ namespace palpate {
 
 struct HistoryOptions {
     uint64_t memory_bytes = uint64_t{512} << 20;
-    // Where steps go that no longer fit; empty: the oldest are dropped.
+    // Steps that no longer fit go to this folder; empty: the oldest are dropped.
     std::filesystem::path spill_folder;
     // Called with a sentence, once each: when steps begin to be dropped, when spilling fails, and
     // when a step cannot be packed. From the thread that calls record().
@@ -61,7 +61,7 @@ class History {
         uint64_t newest_bytes = 0;  // of the newest step that can be undone
     };
     Stats stats() const;
-    // Of all steps, the oldest first; those that can be redone come last. Any thread.
+    // The titles of all steps, the oldest first; those that can be redone come last. Any thread.
     std::vector<std::string> titles() const;
 
     // Waits until all steps are packed.

@@ -42,7 +42,7 @@ Json base_json(const Journal::Base& base) {
     return {{"volumes", std::move(volumes)}};
 }
 
-// What differs between a volume as a journal knows it and as it is given, in words; else empty.
+// The difference between a volume as a journal knows it and as it is given, in words; else empty.
 std::string difference(const Json& found, const Json& wanted) {
     std::string text;
     if (json_line(*found.find("hash")) != json_line(*wanted.find("hash")))
@@ -63,7 +63,7 @@ std::string difference(const Json& found, const Json& wanted) {
     return text;
 }
 
-// What differs between the first line of a journal and what is given, in words.
+// The difference between the first line of a journal and the given base, in words.
 std::string difference(std::string_view first, const Journal::Base& base) {
     const Result<Json> found = parse_json(first, "journal");
     const Json wanted = base_json(base);
@@ -111,8 +111,8 @@ std::optional<Journal::Damage> damage_by_zeros(std::string_view file, size_t at)
         at, fmt::format("expected a step, found {} bytes of zeros", zeros), 0, {}};
 }
 
-// Where the records begin: the file's end where the first line itself is cut, or zeros that it was
-// never written over. An error where the file begins in another way.
+// The offset of the records: the file's end where the first line itself is cut, or where zeros
+// stand that it was never written over. An error where the file begins in another way.
 Result<size_t> begin_of_records(std::string_view file, const std::filesystem::path& path) {
     if (file.starts_with(kJournalMagic))
         return kJournalMagic.size();
@@ -185,7 +185,7 @@ Result<std::filesystem::path> keep_copy(const std::filesystem::path& path,
     }
 }
 
-// What the entries name and the document lacks.
+// Tells in words the first volume that the entries name and the document lacks; else empty.
 std::string missing(const std::vector<JournalEntry>& entries, const Journal::Base& base) {
     if (base.save > 0)
         return {};

@@ -61,7 +61,7 @@ int crosses(glm::dvec3 a, glm::dvec3 b, glm::dvec2 p) {
     return a_below ? (side > 0 ? 1 : 0) : (side < 0 ? -1 : 0);
 }
 
-// Where the line (y, z) = p meets the triangle, and in which sense: 0 where it does not.
+// The line (y, z) = p meets the triangle at x; returns the sense of the crossing, 0 without one.
 int crossing(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, glm::dvec2 p, double& x) {
     const int winding = crosses(a, b, p) + crosses(b, c, p) + crosses(c, a, p);
     if (winding == 0)

@@ -15,7 +15,7 @@ constexpr std::array kNames{"draw", "erase",   "erode", "dilate", "smooth",
                             "fill", "islands", "cut",   "mill"};
 constexpr double kMostSmoothReach = 64.0; // samples
 
-// What a stroke file's reader holds for its operations; those made in code come by here alone.
+// Checks what the reader of stroke files ensures: operations made in code are checked here alone.
 Result<void> check_values(const Operation& op) {
     const char* name = name_of(op.kind);
     if (op.on_labels() && op.kind != OperationKind::erase && op.label == 0)

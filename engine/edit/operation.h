@@ -76,7 +76,7 @@ struct Operation {
     std::optional<std::pair<double, double>> only_values;
     std::optional<double> to_value; // of cut and mill; within the range of the volume's type
     Walls walls = Walls::smooth;    // of cut and mill
-    // Of smooth walls: the iso-value whose surface is to be the tool's own. Without it, and where
+    // Smooth walls: the iso-value whose surface is to be the tool's own. Without it, and where
     // it does not lie between to_value and the value that was there, that is the mean of the two.
     std::optional<double> surface_value;
     double falloff_mm = 0.0;      // of mill; >= 0
@@ -113,8 +113,8 @@ double rate_at(const std::vector<RatePoint>& rates, double value);
 // begin at beyond_mm outside.
 double depth_weight(double depth_mm, double falloff_mm, double beyond_mm = 0.0);
 
-// Of smooth walls: the share, 0 to 1, of the way from a sample's value to `to` that brings it to
-// the surface: where the tool's surface passes, a sample takes this share.
+// Smooth walls: the share, 0 to 1, of the way from a sample's value to `to` that brings it to
+// the surface value. A sample through which the tool's surface passes takes this share.
 double share_at_surface(double value, double to, std::optional<double> surface_value);
 
 // The share that a sample takes at a signed distance from the tool's surface, in samples (negative

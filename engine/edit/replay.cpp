@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kPosesAtOnce = 4096;
 
-// Where a tool may reach along its way.
+// The box that a tool may reach along its way.
 WorldBox box_of(const Stroke& stroke) {
     WorldBox box{stroke.poses.front().tool.position_mm, stroke.poses.front().tool.position_mm};
     for (const StrokePose& pose : stroke.poses) {

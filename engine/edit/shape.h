@@ -65,7 +65,7 @@ ShapePtr make_placed(ShapePtr shape, glm::dvec3 offset_mm, glm::dquat turn, doub
 // the mesh winds about a point, in either sense. Refused: an open mesh, more than 2^24 cells.
 Result<ShapePtr> make_mesh_shape(const Mesh& mesh, double cell_mm);
 
-// Where the mesh encloses a point: how often it winds about it. For tests and make_mesh_shape();
+// How often the mesh winds about a point: not 0 if it encloses it. For tests and make_mesh_shape();
 // counts the crossings of a ray along +x, each edge for one of its two triangles.
 int winding_number(const Mesh& mesh, glm::dvec3 p);
 

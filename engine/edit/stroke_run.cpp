@@ -301,7 +301,7 @@ void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
         }
 }
 
-// Where a cut brings a sample, and beyond which a mill brings none.
+// A cut brings a sample to this value; a mill brings none beyond it.
 double StrokeRun::wall_value(const Touched& brick, double value, glm::ivec3 place) const {
     const double to = *operation_.to_value;
     if (brick.samples.empty())

@@ -31,7 +31,7 @@ glm::dquat turn_between(glm::dquat a, glm::dquat b, double t) {
     return q / std::sqrt(glm::dot(q, q));
 }
 
-// Of a and b in one hemisphere: the most the turn's angle changes from t = 0 to 1, had it the
+// For a and b in one hemisphere, the angle that the tool would turn from t = 0 to 1 if it had its
 // largest rate all the way. The chord passes the centre of the unit sphere at distance m; where it
 // is nearest, its point moves by chord / m of an angle, and a turn is twice the angle of its
 // quaternion.
@@ -197,7 +197,7 @@ Sweep::Near Sweep::near(glm::dvec3 p_mm) const {
     }
     if (std::abs(lowest) >= far_mm())
         return far_away(lowest);
-    // What changes with p where the tool is nearest is how the whole sweep changes there.
+    // The whole sweep changes with p as the tool does at the moment at which it is nearest.
     double most = 0.0;
     for (int axis = 0; axis < 3; ++axis)
         for (const double half : {-0.5, 0.5})

@@ -21,7 +21,7 @@ struct Tool {
     bool marks_origin = false;
 };
 
-// Where the hand holds the tool at a moment of a stroke.
+// The pose of the hand's tool at a moment of a stroke.
 struct StrokePose {
     double time_s = 0.0; // never falls along a stroke
     ToolPose tool;

@@ -1,4 +1,4 @@
-// What a dispatch reads and writes, held against what its shader declares.
+// Checks the resources that a dispatch reads and writes against those that its shader declares.
 
 #include <fmt/format.h>
 #include <volk.h>

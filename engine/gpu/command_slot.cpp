@@ -13,7 +13,7 @@ namespace palpate {
 
 namespace {
 
-// Of offsets of bindings and copies: no device asks for more.
+// Alignment of the offsets of bindings and copies: no device asks for more.
 constexpr uint64_t kAlignment = 256;
 
 // Sizes of staging buffers are multiples of this: the blocks of a frame and the bricks of an edit,

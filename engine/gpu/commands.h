@@ -50,7 +50,7 @@ class Ticket {
  public:
     explicit Ticket(std::shared_ptr<Recorded> recorded) : recorded_(std::move(recorded)) {}
 
-    // Of the timeline, which tells that all is done; 0 before submit().
+    // The value that the timeline reaches once all is done; 0 before submit().
     uint64_t value() const;
     bool ready() const; // never waits
     void wait() const;  // for what was submitted by submit(); for nothing before that

@@ -67,7 +67,7 @@ bool has_extension(VkPhysicalDevice device, std::string_view name) {
                        [&](const auto& extension) { return extension.extensionName == name; });
 }
 
-// Of a device that could be used otherwise; empty if it has what the caller asks for.
+// Why a device that the engine could use lacks what the caller asks for; empty if it has all.
 std::string refusal_of(const Instance& instance, VkPhysicalDevice device,
                        const DeviceOptions& options) {
     for (const std::string& name : options.device_extensions)

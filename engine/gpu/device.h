@@ -113,7 +113,7 @@ class GpuDevice {
     // Runs `destroy`, which frees so many bytes, once the GPU is past everything submitted so far,
     // and past what is being recorded now.
     void retire(std::function<void()> destroy, uint64_t bytes = 0);
-    // Of device memory that is retired and not yet freed, staging left out.
+    // Bytes of device memory that is retired and not yet freed, staging left out.
     uint64_t retired_bytes();
 
     // Memory for a resource; `visible` asks for memory the CPU can map. Throws GpuError with both
@@ -150,7 +150,7 @@ class GpuDevice {
     }
     void leave(ResourceEntry entry) { resources_.erase(entry); }
     const std::list<ResourceInfo>& resources() const { return resources_; }
-    // Of device memory that resources take, staging left out.
+    // Bytes of device memory that resources take, staging left out.
     uint64_t resource_bytes() const;
 
  private:

@@ -42,7 +42,7 @@ bool has_instance_extension(const char* name, const char* layer) {
     return false;
 }
 
-// What the engine cannot do without; empty if the device has it all.
+// The first requirement of the engine that a device lacks; empty if the device has it all.
 std::string refusal_of(VkPhysicalDevice device, uint32_t api_version) {
     if (api_version < VK_API_VERSION_1_3)
         return fmt::format("expected Vulkan 1.3, found {}.{}", VK_API_VERSION_MAJOR(api_version),

@@ -1,4 +1,4 @@
-// What became of commands, and when.
+// Results of submitted commands, and when they are there.
 
 #include <volk.h>
 

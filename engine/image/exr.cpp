@@ -72,7 +72,7 @@ std::vector<Imath::half> to_half(const std::vector<float>& samples) {
     return out;
 }
 
-// Where a frame buffer finds channel `channel` of samples that lie pixel by pixel.
+// A frame buffer's slice for channel `channel` of samples that lie pixel by pixel.
 template <class Sample>
 Imf::Slice slice_of(Imf::PixelType type, const Sample* samples, const Imath::Box2i& window,
                     size_t channel, size_t channels) {

@@ -117,7 +117,7 @@ std::vector<double> component(const Planes& planes, int c) {
     return out;
 }
 
-// What the eye resolves: each opponent channel filtered by its contrast sensitivity.
+// The channels as the eye resolves them: each opponent one filtered by its contrast sensitivity.
 Planes filtered(const Planes& opponent, double pixels_per_degree) {
     const int radius = static_cast<int>(
         std::ceil(3.0 * std::sqrt(kWidestCsf / (2.0 * kPi * kPi)) * pixels_per_degree));

@@ -33,7 +33,7 @@ struct Image {
 // An image of zeros.
 Image make_image(glm::uvec2 size_px, std::vector<std::string> channels);
 
-// Where a channel of this name lies within a pixel, if there is one.
+// The position within a pixel of the channel of this name, if there is one.
 std::optional<size_t> channel_index(const Image& image, std::string_view name);
 
 // Limits of a picture read from a file: 2^16 pixels on a side, 64 channels, and 1 GiB of samples in

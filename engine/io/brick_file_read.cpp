@@ -20,7 +20,7 @@ using io::BrickFileHeader;
 
 constexpr uint32_t kMostSamples = 1 << 20; // on an axis
 
-// What an open file is known to hold: everything checked but the samples.
+// The known contents of an open file: everything checked but the samples.
 struct Contents {
     BrickFileHeader header{};
     std::vector<Grid> grids; // by level

@@ -93,7 +93,7 @@ Result<bool> ByteSource::refill() {
 
 Result<bool> ByteSource::begin_next() {
     PALPATE_TRY(const bool more, refill());
-    // What follows the last member and is none itself is padding, as gzip takes it.
+    // Bytes that follow the last member and begin no other are padding, as gzip takes them.
     if (!more || static_cast<std::byte>(*stream_->next_in) != kGzipMagic)
         return false;
     inflateReset(stream_.get());

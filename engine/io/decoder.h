@@ -102,7 +102,7 @@ struct StoredRange {
 struct Decoded {
     Grid grid;                    // world_from_index in LPS millimetres, for voxels in stored order
     std::vector<Rescale> rescale; // empty: none; one: for all; grid.size.z of them: one per slice
-    // Of values, not of labels: empty: none; else grid.size.z of them, one per slice.
+    // Padding of values, not of labels: empty: none; else grid.size.z of them, one per slice.
     std::vector<StoredRange> padding;
     bool inverted = false; // small values are meant to be bright (DICOM's MONOCHROME1)
     std::string modality;

@@ -122,8 +122,8 @@ namespace {
 using Parse = Result<LoadedMesh> (*)(std::string_view text, const std::string& name,
                                      uint64_t limit_bytes);
 
-// What a text is, told by its beginning, and by the extension of what may begin with anything: the
-// first 80 bytes of a binary STL, and comments of OBJ.
+// Tells the format of a text by its beginning and, for formats that may begin with anything (the
+// first 80 bytes of a binary STL, comments of OBJ), by its extension.
 Parse parser_of(const fs::path& path, std::string_view text) {
     if (text.starts_with("ply\n") || text.starts_with("ply\r"))
         return io::parse_ply;

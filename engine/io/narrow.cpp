@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What all values of a file have in common.
+// Facts about all values of a file, taken together.
 struct Survey {
     double min = kInfinity, max = -kInfinity; // of finite values
     double largest_rounding = 0;              // |value - nearest float|, finite in float

@@ -9,7 +9,7 @@ namespace palpate::io {
 namespace {
 
 constexpr size_t kHeader = 84, kFacet = 50; // bytes
-// Of text: 21 words of 65 letters and digits, apart by a space each.
+// A facet of text has 21 words of 65 letters and digits, apart by a space each.
 constexpr size_t kLeastFacetText = 86;
 // A triangle's corners as read (72 bytes), as floats (36), its numbers (12), and what weld() takes
 // for it at the most: corners to sort and new numbers, or new numbers and a mesh (60).

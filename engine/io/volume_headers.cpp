@@ -60,7 +60,7 @@ class NiftiFields {
     std::string bytes_;
 };
 
-// What the formats call a type of samples.
+// The names that the formats give to a type of samples.
 struct TypeNames {
     int nifti;
     const char *nrrd, *meta_image, *vtk;

@@ -34,7 +34,7 @@ struct ReadOptions {
     // wall clock is allowed.
     double max_quiet_s = 1.0;
 
-    // Of a brick file: samples kept in memory beside those in use; at most half of
+    // Brick files: bytes of samples kept in memory beside those in use; at most half of
     // max_memory_bytes.
     uint64_t brick_cache_bytes = uint64_t{512} << 20;
 

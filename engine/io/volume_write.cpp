@@ -98,7 +98,7 @@ Result<void> save_pair(const fs::path& path, const Volume& volume, const std::st
     });
 }
 
-// Of capitals, digits and _, as modalities are: a header's line that nothing can break.
+// Has only capitals, digits and _, as modalities do: no such text breaks a header's line.
 bool is_plain_word(const std::string& text) {
     return text.size() <= 16 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
                return std::isupper(c) || std::isdigit(c) || c == '_';

@@ -17,7 +17,7 @@ class xml_node;
 // or appended bytes, packed by zlib or not. Errors name no file except where a comment says so.
 namespace palpate::io {
 
-// Of "UInt8" .. "Float64".
+// The type that VTK calls "UInt8" .. "Float64".
 std::optional<ComponentType> vtk_type(std::string_view name);
 
 // The document without its appended bytes, which are no XML, and those bytes.

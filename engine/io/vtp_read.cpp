@@ -63,8 +63,8 @@ class VtpReader {
         return static_cast<uint64_t>(*value);
     }
 
-    // What 3D Slicer states in the field data, as "SPACE=RAS"; empty where it states none. Strings
-    // are arrays of bytes that end in 0.
+    // The space that 3D Slicer states in the field data, as "SPACE=RAS"; empty where it states
+    // none. Strings are arrays of bytes that end in 0.
     Result<std::string> read_space(const pugi::xml_node& poly_data) {
         const pugi::xml_node array =
             poly_data.child("FieldData").find_child_by_attribute("Array", "Name", "SPACE");
@@ -99,7 +99,7 @@ class VtpReader {
         return space;
     }
 
-    // Where the bytes of an array lie that is not text.
+    // Finds the bytes of an array that is not text.
     Result<VtkSource> source_of(const pugi::xml_node& array, const std::string& what) const {
         const std::string_view format = array.attribute("format").as_string("ascii");
         if (format == "binary")

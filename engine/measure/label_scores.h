@@ -16,7 +16,7 @@ struct LabelScoresOptions {
 // How well samples A agree with the truth B; all but RVD are shares. A score without a value is not
 // defined: its denominator is 0.
 //
-// Where both sets are empty they agree: Dice and Jaccard are 1, VOE and RVD 0.
+// Two empty sets agree: Dice and Jaccard are 1, VOE and RVD 0.
 struct OverlapScores {
     uint64_t first = 0, second = 0, both = 0; // samples of A, of B, of A and B
     uint64_t frame = 0;                       // samples of the whole map
@@ -58,7 +58,7 @@ struct RunsAgreement {
     double volume_mean_mm3 = 0.0;
     std::optional<double> volume_cv; // not defined: no run has the label
 };
-// Of two runs or more, for each label that any of them has, rising.
+// Compares two runs or more, for each label that any of them has, rising.
 Result<std::vector<RunsAgreement>> runs_agreement(const std::vector<Volume>& runs);
 
 } // namespace palpate

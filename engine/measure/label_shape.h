@@ -25,9 +25,9 @@ struct LabelSurface {
     double volume_mm3 = 0.0; // enclosed by it
     // The area of a ball of the enclosed volume over the label's: 1 for a ball, less for all else.
     double sphericity = 0.0;
-    // Where fewer than half of the label's samples can lie in blocks of 2 x 2 x 2: that it is one
-    // sample thick, which smoothing makes thinner still, and the area of its samples' outer faces.
-    // Empty else.
+    // A sentence if fewer than half of the label's samples can lie in blocks of 2 x 2 x 2: it says
+    // that the label is one sample thick, which smoothing makes thinner still, and names the area
+    // of its samples' outer faces. Empty else.
     std::string note{};
 };
 // By label. Labels are whole numbers 0 .. 65535. Nothing where `stop` was asked.

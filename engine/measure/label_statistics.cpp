@@ -29,7 +29,7 @@ bool lie_alike(const Grid& a, const Grid& b) {
 
 struct LabelFound {
     LabelStatistics figures;
-    // Of indices less the first sample's: whole numbers, exact in double.
+    // Sums over indices less the first sample's: whole numbers, exact in double.
     glm::dvec3 first{0.0}, sum{0.0};
     glm::dmat3 products{0.0};
     std::vector<float> values;

@@ -35,7 +35,7 @@ size_t points_needed(MeasureKind kind);
 // polygon off its plane by more than 1e-4 of its extent.
 Result<void> check(const Measure& measure);
 
-// What is absent is not defined; `note` says why, in a sentence.
+// Absent figures are not defined; `note` says why, in a sentence.
 struct Measured {
     std::optional<double> length_mm;  // ruler; polygon: once round it
     std::optional<double> angle_deg;  // 0 .. 180
@@ -46,7 +46,7 @@ struct Measured {
     std::string note;
 };
 
-// Of a measure that check() accepts. Values are those of samples, never interpolated.
+// Takes a measure that check() accepts. Values are those of samples, never interpolated.
 //
 // sphere: of the samples whose centres are at most its radius away from its centre.
 // polygon: the volume's axis that its plane cuts most steeply is `a` (of equal ones the first).

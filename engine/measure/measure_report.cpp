@@ -173,7 +173,7 @@ std::string report_csv(const MeasureReport& report) {
         Fields fields{{"kind", "label"}, {"name", label.name}, {"label", std::to_string(s.label)}};
         add_volume(fields, s.volume_mm3);
         add_values(fields, s.values);
-        // Of a label, count is that of its samples, with values or without.
+        // A label's count is that of its samples, with values or without.
         for (auto& [name, value] : fields)
             if (name == "count")
                 value = std::to_string(s.count);

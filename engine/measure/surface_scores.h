@@ -25,7 +25,7 @@ struct SurfacePiece {
 // cross one cell.
 struct SurfaceScores {
     double first_mm2 = 0.0, second_mm2 = 0.0; // areas
-    // Of the pieces that have a distance. Not defined where just one set is empty; 0 where both
+    // Distances of the pieces that have one. Not defined where just one set is empty; 0 where both
     // are.
     std::optional<double> mean_mm;    // over the area of both surfaces: ASSD
     std::optional<double> rms_mm;     // likewise
@@ -42,7 +42,7 @@ struct SurfacePieces {
 };
 SurfaceScores surface_scores(SurfacePieces pieces, double tolerance_mm);
 
-// Of the samples of `label`, which lie in the box low .. high (both included) of two maps of one
+// The surfaces of the samples of `label` in the box low .. high (both included) of two maps of one
 // size and grid. Refused: a sheared grid. Memory: 14 bytes a sample of the box.
 Result<SurfacePieces> surface_pieces(const Volume& first, const Volume& second, uint16_t label,
                                      glm::uvec3 low, glm::uvec3 high, const Task& task);

@@ -11,13 +11,13 @@ namespace palpate {
 namespace {
 
 constexpr double kMeasured = 0.01; // how exactly distances are measured, of the error
-// Of the error asked for: what collapses are given, as what they prove for all points is
+// Collapses are given this share of the error asked for, as what they prove for all points is
 // EdgeCollapse::kProof times as far, and is measured to kMeasured.
 constexpr double kGiven = (1.0 - 1.5 * kMeasured) / EdgeCollapse::kProof;
 // Rounding alone could take the measurement beyond the error; then less is given.
 constexpr int kMostAttempts = 3;
 
-// What is left of the original, and the original triangle that each triangle was.
+// The rest of the original, and the original triangle that each triangle was.
 struct Remainder {
     Mesh mesh;
     std::vector<uint32_t> triangles;

@@ -265,7 +265,7 @@ std::optional<glm::dvec3> foot_on(const synthetic::Field& field, double iso, glm
             glm::dvec3 step = off / square * g;
             if (is_short(step, at))
                 return at;
-            // Where the gradient says little of what lies ahead, a part of the step is enough.
+            // A part of the step is enough if the gradient says little about the values ahead.
             double next = field.value(at - step) - iso;
             for (; !(std::abs(next) < std::abs(off)); next = field.value(at - step) - iso) {
                 step *= 0.5;

@@ -241,7 +241,7 @@ bool EdgeCollapse::run_queue() {
     return true;
 }
 
-// What was refused may be possible once its neighbours have changed: another pass looks.
+// Refused collapses may be possible once their neighbours have changed: another pass looks.
 void EdgeCollapse::run() {
     for (int pass = 0; pass < kMostPasses; ++pass) {
         const uint64_t before = alive_;

@@ -153,7 +153,7 @@ class EdgeCollapse {
     double level_ = 0.0;
     KeptEdges kept_;
 
-    // Of the edge that is looked at.
+    // The state of the edge that is looked at.
     uint32_t keep_ = 0, gone_ = 0;
     glm::dvec3 point_{};
     glm::vec3 position_{};

@@ -1,4 +1,4 @@
-// What keeps the distance: attached vertices, new triangles, and the original's.
+// Keeps the distance during collapses: attached vertices, new triangles, and the original's.
 
 #include <algorithm>
 #include <cmath>
@@ -99,7 +99,7 @@ EdgeCollapse::Found EdgeCollapse::nearest_of(const std::vector<Candidate>& candi
     return found;
 }
 
-// Of the originals near the edge where one is near enough, of all where none is.
+// Looks among the originals near the edge, and among all if none of these is near enough.
 EdgeCollapse::Found EdgeCollapse::nearest_original(glm::dvec3 point, uint32_t patch,
                                                    std::span<const uint32_t> hints) const {
     Found found{kNone, kNotReached};

@@ -1,5 +1,5 @@
-// What keeps the topology and the shape: the kinds of vertices, the place of a new one, and what
-// forbids it.
+// Keeps the topology and the shape during collapses: the kinds of vertices, the place of a new one,
+// and the reasons that forbid it.
 
 #include <algorithm>
 #include <tuple>
@@ -223,7 +223,7 @@ bool EdgeCollapse::keeps_shape() {
     return true;
 }
 
-// Where the best point would make a sliver or turn a triangle over, an end of the edge may do.
+// If the best point would make a sliver or turn a triangle over, an end of the edge may do.
 bool EdgeCollapse::keeps_shape_at_an_end() {
     if (kind_[keep_] != Kind::inside)
         return false;

@@ -26,7 +26,7 @@ struct Mesh {
     glm::dmat4 world_from_mesh{1};      // affine, invertible, keeps handedness or mirrors it
 };
 
-// Where the mesh of a volume lies: mesh = index * spacing_mm(grid), axis by axis. Rigid, unless
+// The placement of a volume's mesh: mesh = index * spacing_mm(grid), axis by axis. Rigid, unless
 // the grid is sheared.
 glm::dmat4 world_from_mesh(const Grid& grid);
 

@@ -46,10 +46,10 @@ class NearProof {
         double distance_mm;
     };
 
-    // At most `level` where all points of `whole` are within kSlack levels of the other surface.
-    // Else the distance of a point that is too far, or where none was found in time, the next
+    // Returns at most `level` if all points of `whole` are within kSlack levels of the other
+    // surface, else the distance of a point that is too far or, if none was found in time, the next
     // level. corners_of(n) is a triangle of the other surface; nearest_to(point, near) is Found,
-    // the nearest one, given some triangles near by, of which any may be kNone.
+    // its nearest one, given some triangles near by, of which any may be kNone.
     template <class CornersOf, class NearestTo>
     double prove(const Piece& whole, double level, const CornersOf& corners_of,
                  const NearestTo& nearest_to);

@@ -192,7 +192,7 @@ std::vector<std::pair<uint32_t, uint32_t>> self_intersections(const Mesh& mesh) 
                 const uint32_t a = entries[i].triangle, b = entries[k].triangle;
                 if (!triangles.boxes_meet(a, b))
                     continue;
-                // Of the cells that both are in, the first one looks.
+                // Both may share several cells: only the first of these looks.
                 const glm::ivec3 first = cell_of(glm::max(triangles.low(a), triangles.low(b)));
                 if (first.z == entries[i].cell[0] && first.y == entries[i].cell[1] &&
                     first.x == entries[i].cell[2] && triangles.intersect(a, b))

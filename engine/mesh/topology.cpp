@@ -22,7 +22,7 @@ namespace {
 // Which vertices, or fans of one, hang together.
 using VertexForest = Forest<std::vector<uint32_t>>;
 
-// What can be said of the edges and triangles whose lowest vertex is one given vertex.
+// Counts of the edges and triangles whose lowest vertex is one given vertex.
 struct EdgeCounts {
     uint64_t open = 0, non_manifold = 0, misoriented = 0, duplicates = 0, split_vertices = 0;
 
@@ -115,8 +115,8 @@ struct Measure {
     double scale; // volume in the world of a unit volume of mesh space; mirrors do not turn it
     glm::dvec3 origin{0.0};
 
-    // Of triangle n. The volume of a wall between two labels belongs to the one and is missing from
-    // the other: nothing of their sum.
+    // Adds triangle n. The volume of a wall between two labels belongs to the one and is missing
+    // from the other, so the wall adds nothing to the sum.
     void add(const Mesh& mesh, size_t n, MeshComponent& component, uint64_t& flat) const {
         const glm::uvec3 t = mesh.triangles[n];
         const glm::dvec3 a = glm::dvec3(mesh.positions[t.x]) - origin;
@@ -236,7 +236,7 @@ Mesh weld(const Mesh& mesh) {
     tbb::parallel_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
         return std::tie(a.bits, a.vertex) < std::tie(b.bits, b.vertex);
     });
-    // Of those in one place the first; then their numbers without the others.
+    // Vertices in one place become the first of them; then they are numbered without the others.
     std::vector<uint32_t> renamed(places.size());
     for (size_t i = 0; i < places.size(); ++i)
         renamed[places[i].vertex] = i > 0 && places[i].bits == places[i - 1].bits

@@ -25,8 +25,8 @@ struct MonotonePieces {
 };
 MonotonePieces monotone_pieces(const Cubic& cubic);
 
-// Where the cubic takes `value` on [a, b], on which it is monotone; the end nearer in value if it
-// does not take it there. To the last bit or so of u.
+// The place where the cubic takes `value` on [a, b], on which it is monotone; the end nearer in
+// value if it does not take it there. To the last bit or so of u.
 double root_between(const Cubic& cubic, double value, double a, double b);
 
 } // namespace palpate::reference

@@ -141,7 +141,7 @@ Marched Marcher::march_mip(const LocalRay& ray, Stretch t) {
     return result;
 }
 
-// Where the value is `iso` between two samples (t, value), by false position.
+// Finds the place where the value is `iso` between two samples (t, value), by false position.
 double Marcher::crossing(const LocalRay& ray, glm::dvec2 a, glm::dvec2 b, double iso) {
     a.y -= iso;
     b.y -= iso;

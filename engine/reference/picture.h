@@ -157,8 +157,8 @@ class Picture {
                step_mm_of(layer, data_.volume.grid());
     }
 
-    // Where a clip plane cuts into what an iso-surface encloses, the cut is closed by a cap: in the
-    // colour of the innermost surface about it, and lit by the plane's normal.
+    // If a clip plane cuts into the inside of an iso-surface, a cap closes the cut: in the colour
+    // of the innermost surface about it, and lit by the plane's normal.
     Marched cap(Sampler& sampler, const LocalRay& ray, Stretch t) const {
         const RayCastLayer& layer = *scene_.ray_cast;
         Marched seen;

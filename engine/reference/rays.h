@@ -36,8 +36,8 @@ class Rays {
     // pixel may be fractional; pixel + 0.5 is the point of the picture it goes through.
     LocalRay through(glm::dvec2 pixel) const;
 
-    // Where the ray lies inside the sampled box [0, size - 1] and all clip planes, at or beyond its
-    // start.
+    // The stretch of the ray inside the sampled box [0, size - 1] and all clip planes, at or beyond
+    // its start.
     Stretch inside(const LocalRay& ray) const;
 
     // The point at distance t in index space, moved into the sampled box where rounding has left

@@ -39,7 +39,7 @@ uint64_t slot_bytes(const TexelStorage& storage) {
     return kSlotTexels * texel_bytes(storage.format);
 }
 
-// Of the table, and of staging for it and for two batches of bricks.
+// Bytes of the table, and of staging for it and for two batches of bricks.
 uint64_t other_bytes(const Volume& volume, const TexelStorage& storage) {
     return 2 * count_of(volume.brick_count()) * sizeof(glm::vec4) +
            2 * kBricksPerBatch * slot_bytes(storage);

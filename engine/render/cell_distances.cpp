@@ -10,7 +10,7 @@ namespace palpate {
 
 namespace {
 
-// What a cell's distance depends on lies less than this far away.
+// A cell's distance depends only on cells that are less than this far away.
 constexpr uint32_t kReach = kMaxCellDistance - 1;
 
 template <class Visit>

@@ -9,9 +9,9 @@ namespace palpate {
 
 namespace {
 
-// Of the cells that bounds for MIP come from: about as wide as the rays of a tile lie apart where a
-// pixel is a sample. By a simulation of a head CT cells of 4 would save a tenth of the samples, for
-// four times the lookups.
+// Side of the cells that bounds for MIP come from: about as wide as the rays of a tile lie apart if
+// a pixel is a sample. By a simulation of a head CT cells of 4 would save a tenth of the samples,
+// for four times the lookups.
 constexpr uint32_t kMipSide = 8;
 
 // Edits that reach more cells than this, and more than a quarter of all, are not patched: all cells
@@ -19,7 +19,7 @@ constexpr uint32_t kMipSide = 8;
 constexpr uint64_t kMostPatched = 100000;
 constexpr size_t kMostBoxes = 1024;
 
-// Of tiles a frame, while distances are raised: some 0.1 ms, and 128 KiB.
+// Numbers of tiles a frame, while distances are raised: some 0.1 ms, and 128 KiB.
 constexpr size_t kTilesLookedAt = 8, kTilesUploaded = 8;
 
 VisibleValues visible_values(const RayCastLayer& layer) {

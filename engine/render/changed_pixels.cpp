@@ -49,7 +49,7 @@ PixelBox changed_pixels(const Scene& scene, const Volume& before, const Volume& 
         return {};
     if (before.grid() != after.grid() || before.type() != after.type() || follows(scene))
         return all;
-    // Of labels, outlines look so far; and a pixel beyond for rounding.
+    // Outlines of labels look so far; and a pixel beyond for rounding.
     const double outline_px = std::max(scene.labels ? double(scene.labels->outline_px) : 0.0, 0.0);
     const glm::dvec2 margin_px(std::ceil(outline_px) + 1.0);
     const std::vector<View> views = views_of(scene);

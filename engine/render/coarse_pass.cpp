@@ -24,7 +24,7 @@ gpu::Frame sparser(gpu::Frame block, glm::uvec2 rays, glm::uvec2 first_px, uint3
     return block;
 }
 
-// Of the sparse rays, at most.
+// The largest number of the sparse rays.
 glm::uvec2 probes_of(glm::uvec2 size_px) {
     return (size_px + (kJudgedSpacing_px - 1)) / kJudgedSpacing_px;
 }

@@ -34,8 +34,8 @@ struct DisplayLayout {
     StereoLayout layout = StereoLayout::left;
     bool swap_eyes = false; // each eye is shown in place of the other
     bool mirror = false;    // each eye's picture is upside down, for a screen seen in a mirror
-    // Of the picture's top left pixel on the screen. Rows and columns are counted from the
-    // screen's, so that a window that moves by one pixel shows each eye where it did. May be
+    // The place of the picture's top left pixel on the screen. Rows and columns are counted from
+    // the screen's, so that a window that moves by one pixel shows each eye where it did. May be
     // negative.
     glm::ivec2 origin_px{0};
     std::vector<EyeMark> marks{}; // at most kMaxEyeMarks; the later ones over those before

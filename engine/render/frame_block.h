@@ -25,9 +25,9 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
 // The planes of the slice pass, in index space.
 std::vector<gpu::SliceIndex> make_slice_planes(const Scene& scene, const Grid& grid);
 
-// What lies over slices (shaders/shared/slices.h): a fused volume whose value is texel * scale +
-// bias, through a table over low .. high, and an overlay with so many styles. What the scene has
-// not is left as it is.
+// Layers over slices (shaders/shared/slices.h): a fused volume whose value is texel * scale + bias,
+// through a table over low .. high, and an overlay with so many styles. Layers that the scene lacks
+// are left as they are.
 struct OverInputs {
     float value_scale = 1, value_bias = 0;
     double table_low = 0, table_high = 1;

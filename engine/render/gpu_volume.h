@@ -71,7 +71,7 @@ class GpuVolume {
     static Choice choose(const GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish);
     GpuVolume(GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish,
               TexelStorage storage);
-    // Of each brick the box about its changed blocks.
+    // Uploads the box about the changed blocks of each brick.
     void upload(const Volume& from, std::span<const ChangedBrick> bricks, Commands& commands);
 
     GpuDevice* device_;

@@ -16,7 +16,7 @@ constexpr VkFormat kFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
 constexpr size_t kBytesPerTexel = 8;
 constexpr size_t kGradientBricksPerBatch = 16; // what Commands::upload() sends at once
 constexpr uint32_t kSide = kBrickSide + 2;     // samples, with one to either side
-// What the largest difference is scaled to: half of the largest half, and so far above the
+// The largest difference is scaled to this: half of the largest half, and so far above the
 // smallest that a difference 2^-29 of it still counts.
 constexpr float kLargest = 32768.0f;
 

@@ -50,12 +50,12 @@ constexpr double kFarBetter = 0.3;
 // A better level that is not known is tried where frames take less than this share of the room.
 constexpr double kTried = 0.6;
 
-// What is known of a level's time fades by this factor a frame: of one that took a tenth too long,
-// within 40 frames.
+// The known time of a level fades by this factor a frame, so that a level that took a tenth too
+// long is tried again within 40 frames.
 constexpr double kForgotten = 0.995;
 
-// What is known of the time of pixels that are drawn anew fades by this factor where it let a frame
-// of fewer rays be drawn instead: the first of their kind waits for its pipeline.
+// The known time of pixels that are drawn anew fades by this factor if it let a frame of fewer rays
+// be drawn instead: the first of their kind waits for its pipeline.
 constexpr double kDoubted = 0.5;
 
 // A frame that takes so much longer than those before is of another view, and not averaged.
@@ -84,7 +84,7 @@ PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
     return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
 }
 
-// Where meshes are known and none is see-through: Renderer::redraw().
+// Renderer::redraw() needs meshes that are known and not see-through.
 bool can_redraw(const Scene& scene) {
     return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [](const SurfaceLayer& layer) {
         const auto is_whole = [](double opacity) { return opacity <= 0.0 || opacity >= 1.0; };
@@ -127,7 +127,7 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
     return draw_moving(scene, data);
 }
 
-// Of what is drawn anew where an edit changed some pixels.
+// The time to draw only the pixels that an edit changed.
 double Interactive::expected_ms(const PixelBox& changed, uint32_t columns) const {
     return others_ms_ + tiles_of(changed) * std::max(tile_ms_, row_ms_ / columns);
 }
@@ -186,7 +186,7 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
     return frame;
 }
 
-// That of the next moving frame.
+// Chooses the level of the next moving frame.
 void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
     static_assert(kLevels.size() == kLevelCount);
     const Level level = kLevels[level_];
@@ -200,8 +200,8 @@ void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
     const bool is_alike = own_ms > 0.0 && frame_ms < kSudden * own_ms;
     own_ms = is_alike ? 0.5 * (own_ms + frame_ms) : frame_ms;
     const double wall_ms = own_ms;
-    // Of a level that is not known it is guessed from its samples, which is too much for a better
-    // one: rays that lie far apart take longer each.
+    // The time of an unknown level is guessed from its samples. That is too much for a better
+    // level: rays that lie far apart take longer each.
     const auto expected_ms = [&](size_t other) {
         if (level_ms_[other] > 0.0)
             return level_ms_[other];

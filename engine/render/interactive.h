@@ -36,13 +36,13 @@ class Interactive {
     // budget_ms > 0.
     Interactive(Renderer& renderer, double budget_ms);
 
-    // `changed`: outside of these pixels nothing differs from the last frame but by fewer rays
-    // (changed_pixels(); pixels_of() a mesh that moved, before and after), where the scene is the
-    // same. None: unknown.
+    // Draws a frame. While the scene is the same, pixels outside of `changed` differ from the last
+    // frame by fewer rays alone: pass changed_pixels(), and pixels_of() a mesh that moved, before
+    // and after. None: unknown.
     Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data,
                                   const std::optional<PixelBox>& changed = {});
 
-    // What decides about a frame: how long it took, and how much of that its rays took.
+    // The times that decide about a frame: how long it took, and how much of that its rays took.
     struct Times {
         double wall_ms, ray_ms;
     };
@@ -81,7 +81,7 @@ class Interactive {
     std::array<uint64_t, 4> last_versions_{}; // of its volume, labels, fused volume and overlay
     uint32_t next_row_ = 0;                   // of tiles, to refine
     double row_ms_ = 0;                       // what a row took lately; 0 before the first
-    // What a tile took that was drawn anew, and all but its rays; 0 before the first of this scene.
+    // Time of a tile drawn anew, and of all but its rays; 0 before the first of this scene.
     double tile_ms_ = 0, others_ms_ = 0;
 };
 

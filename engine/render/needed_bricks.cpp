@@ -51,7 +51,7 @@ void for_each_met(const Slab& slab, glm::uvec3 count, const Visit& visit) {
             glm::uvec3 brick(0);
             brick[u] = i;
             brick[v] = j;
-            // Where the column's middle line is within the slab, and how far its corners are off.
+            // The column's middle line crosses the slab about `centre`, its corners within `off`.
             glm::dvec3 middle = low_of(brick) + 0.5 * kBrickSide;
             middle[along] = 0.0;
             const double off = slab.half_mm + 0.5 * kBrickSide * (size[u] + size[v] + size[along]);

@@ -41,7 +41,7 @@ class NeededBricks {
     // Bricks that came to be needed, or no longer are, since this was last called.
     std::vector<glm::uvec3> take_turned();
 
-    // That all calls together looked at.
+    // The number of bricks that all calls together looked at.
     uint64_t bricks_visited() const { return bricks_visited_; }
 
  private:

@@ -35,7 +35,7 @@ struct RendererOptions {
     // so that shading takes one sample and not six. Filling it takes as long as some frames.
     // Colours differ by up to 1e-3, because gradients are then rounded to 11 bits.
     bool stored_gradients = false;
-    // Of live surfaces; none: the CPU where the device stands for it, or cannot.
+    // Makes the blocks of live surfaces; none: the CPU where the device stands for it, or cannot.
     std::optional<BlockMaker> block_maker{};
     // Called while a frame is drawn in several parts, with the share that is done; false stops it.
     std::function<bool(double share)> progress;

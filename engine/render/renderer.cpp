@@ -287,8 +287,8 @@ FrameStats& frame_of(CoarseStats& stats) {
 
 } // namespace
 
-// What `work` returns. Where it throws, as for a brick that cannot be read, nothing recorded so far
-// may be relied upon: the next frame of every view begins from nothing.
+// Returns what `work` returns. If it throws, as for a brick that cannot be read, nothing recorded
+// so far may be relied upon: the next frame of every view begins from nothing.
 template <class Work>
 auto Renderer::or_from_nothing(const Work& work) -> decltype(work()) {
     try {

@@ -68,7 +68,7 @@ class Renderer {
                                     const CoarseSettings& settings);
     Result<FrameStats> refine(const Scene& scene, const SceneData& data, uint32_t first_row,
                               uint32_t rows);
-    // Of a scene with rays, whose meshes are opaque and not live. They may have moved since the
+    // For a scene with rays whose meshes are opaque and not live. They may have moved since the
     // last frame; their number and styles are the same.
     Result<FrameStats> redraw(const Scene& scene, const SceneData& data, const PixelBox& changed);
 

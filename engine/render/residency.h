@@ -39,7 +39,7 @@ struct Part {
     std::vector<glm::uvec3> bricks; // to be resident: needed, in the box or in reach of it
 };
 
-// Where a ray's part of a volume lies in front of another.
+// The eye of a view, which decides which part of a volume lies in front of another.
 struct Viewpoint {
     glm::dvec3 eye;       // index
     glm::dvec3 direction; // index, for parallel rays

@@ -24,7 +24,7 @@ struct SurfaceArrays {
 // device's memory (GpuSurface) and drawn from there.
 class SceneSurface {
  public:
-    // What a scene asks for. `mesh` is null for a live surface.
+    // The surface that a scene asks for. `mesh` is null for a live surface.
     struct Source {
         std::optional<float> live_iso;
         const Volume& volume; // of a live surface
@@ -38,7 +38,7 @@ class SceneSurface {
     bool has_normals() const { return live_ || mesh_->has_normals(); }
     uint32_t largest_label() const { return mesh_ ? mesh_->largest_label() : 0; }
     glm::dmat4 world_from_mesh() const;
-    // Of a mesh, in its own space; none: unknown, as of a live surface.
+    // The bounds of a mesh in its own space; none: unknown, as for a live surface.
     const std::optional<AxisBox>& bounds() const { return bounds_; }
 
  private:

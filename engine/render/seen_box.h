@@ -16,7 +16,7 @@ struct AxisBox {
 // The box of a mesh in its own space; none: it has no vertices.
 std::optional<AxisBox> box_of(const Mesh& mesh);
 
-// What a box covers of a picture, from its upper left corner, 0 .. 1 where it is within it.
+// The part of a picture that a box covers, from the upper left corner; the picture is 0 .. 1.
 struct SeenBox {
     glm::dvec2 low{}, high{};
 };

@@ -13,8 +13,8 @@ namespace {
 
 constexpr const char* kNames[] = {" positions", " triangles", " normals", " labels"};
 
-// What is compared, and uploaded where it differs; where more than this differs in all, the whole
-// is uploaded.
+// Pieces of this size are compared, and uploaded where they differ; if more than kMostInPieces
+// differ in all, the whole is uploaded.
 constexpr size_t kPieceBytes = 4096;
 constexpr uint64_t kMostInPieces = uint64_t{4} << 20;
 
@@ -41,7 +41,7 @@ void upload_changes(std::span<const std::byte> before, std::span<const std::byte
 
 } // namespace
 
-// What lies on the device of a mesh; empty where it has nothing of a kind.
+// The arrays of a mesh on the device; empty where the mesh has nothing of a kind.
 struct GpuMesh::Arrays {
     explicit Arrays(const Mesh& mesh) {
         PALPATE_ASSERT(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());

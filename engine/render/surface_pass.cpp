@@ -235,7 +235,7 @@ void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, C
     }
 }
 
-// What every stage over pixels needs, in the order of their bindings.
+// The resources that every stage over pixels needs, in the order of their bindings.
 std::vector<Bound> SurfacePass::pixel_bindings(BufferSlice frame, bool through, bool styles) {
     std::vector<Bound> bound{bind_uniform(gpu::kSurfaceFrame, frame)};
     if (styles)

@@ -33,11 +33,11 @@ class SurfacePass {
                          Commands& commands);
 
     bool has_see_through() const { return see_through_; }
-    // Of live surfaces, made by the last prepare(): after an edit, those that read a changed
-    // sample.
+    // The blocks of live surfaces that the last prepare() made: after an edit, those that read a
+    // changed sample.
     size_t made_blocks() const { return made_blocks_; }
 
-    // Where the picture comes together; all have one layer an eye, but for `layers`.
+    // The images in which the picture comes together; all have one layer an eye, but for `layers`.
     struct Images {
         GpuImage& behind;        // RGBA: holds slices or background; opaque meshes are added
         GpuImage& behind_values; // (value, distance in mm) of these, NaN where there is none

@@ -18,13 +18,13 @@ size_t index_of(glm::uvec3 brick, glm::uvec3 count) {
 
 } // namespace
 
-// What is left of the limit beside all that is on the device, `apart` excepted.
+// The rest of the limit beside all that is on the device, `apart` excepted.
 uint64_t VolumeResidency::free_bytes(std::optional<GpuVolume>* apart) {
     const uint64_t used = device_->resource_bytes() - (apart && *apart ? (*apart)->bytes() : 0);
     return options_->memory_limit_bytes - std::min(options_->memory_limit_bytes, used);
 }
 
-// What the volume may take: some is kept for what is made after it.
+// The bytes that the volume may take: some are kept for resources that are made after it.
 uint64_t VolumeResidency::room_for_volume(const Scene& scene, const Wish& wish) {
     uint64_t kept = wish.kept_bytes + (1 << 20); // tables, uniforms, lists of tiles
     if (scene.ray_cast)                          // macro-cells of a MIP with their staging
@@ -42,7 +42,7 @@ void VolumeResidency::make_room(uint64_t bytes, Commands& commands) {
     device_->wait(device_->last_submitted());
 }
 
-// Where `next` differs from the snapshot before, which readers of the log and the cells are told.
+// The bricks in which `next` differs from the last snapshot. The log and the cells are told, too.
 std::vector<ChangedBrick> VolumeResidency::take_snapshot(const Volume& next) {
     std::vector<ChangedBrick> changed;
     if (!snapshot_ || !is_same_kind(*snapshot_, next)) {
@@ -290,7 +290,7 @@ void VolumeResidency::leave(VolumeUse& use) {
     drop_unused();
 }
 
-// What no view uses any more.
+// Drops resources that no view uses any more.
 void VolumeResidency::drop_unused() {
     const auto any = [&](bool VolumeUse::*flag) {
         return std::any_of(uses_.begin(), uses_.end(),

@@ -36,16 +36,16 @@ class VolumeResidency {
         uint64_t carried_bytes = 0; // the same, in case of an atlas
     };
 
-    // Brings volume and labels in line with `data`, and what is made of them with what `scene`
-    // needs, by copies recorded into `commands`. A volume of another size or type takes the place
-    // of the one before; waits for that to be gone only where both do not fit the limit. Returns
-    // how many bricks were uploaded. Fails with a sentence where the volume does not fit.
+    // Brings volume and labels in line with `data`, and all that is made of them in line with
+    // `scene`, by copies recorded into `commands`. A volume of another size or type replaces the
+    // one before; only if both do not fit the limit does the call wait until that one is gone.
+    // Returns the number of uploaded bricks. Fails with a sentence if the volume does not fit.
     Result<size_t> prepare(VolumeUse& use, const Scene& scene, const SceneData& data,
                            const Wish& wish, Commands& commands);
 
     bool has_volume() const { return volume_.has_value(); }
 
-    // Of all views: nothing on the device is relied upon any more.
+    // For all views: nothing on the device is relied upon any more.
     void forget();
 
  private:
@@ -109,7 +109,7 @@ class VolumeUse {
     // Stored gradients; null where the frame's rays take none.
     GpuImage* gradients() { return wants_gradients_ ? &residency_->gradients_->image() : nullptr; }
 
-    // Of an atlas: cuts what its rays need into parts that fit. Fails where not even slices or one
+    // For an atlas: cuts what its rays need into parts that fit. Fails where not even slices or one
     // brick with its neighbours do, and for a MIP `among_layers` that needs several parts.
     Result<void> plan(const Scene& scene, std::span<const View> views, double step_factor,
                       bool among_layers);

@@ -18,8 +18,8 @@ struct Camera {
     double view_angle_deg = 30.0;  // perspective: whole angle from bottom to top; 0 < angle < 180
     double view_height_mm = 200.0; // orthographic: height of what is seen; > 0
     double pixel_aspect = 1.0;     // a pixel's width by its height; > 0
-    // Of the picture's middle against the view direction, right and up, in halves of its height: as
-    // of a screen that the eye is not in front of.
+    // The offset of the picture's middle from the view direction, right and up, in halves of its
+    // height, as for a screen that the eye is not in front of.
     glm::dvec2 shift{0.0};
 
     friend bool operator==(const Camera&, const Camera&) = default;

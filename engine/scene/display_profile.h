@@ -30,8 +30,8 @@ struct DisplayProfile {
 Result<DisplayProfile> parse_display_profile(std::string_view text, const std::string& name);
 Result<DisplayProfile> load_display_profile(const std::filesystem::path& path);
 
-// Where the screen lies in the world: its middle at the camera's target, facing the camera, so
-// large that the eyes are as far from it as the camera is. Turning and zooming move the world
+// The placement of the screen in the world: its middle at the camera's target, facing the camera,
+// so large that the eyes are as far from it as the camera is. Turning and zooming move the world
 // before the screen. World millimetres from those of the profile.
 glm::dmat4 world_from_screen(const DisplayProfile& profile, const Camera& camera);
 

@@ -72,8 +72,8 @@ struct RayCastLayer {
     TransferFunction transfer;
     std::vector<IsoSurface> isos;   // mode iso: 1 .. 8, sorted by value
     std::optional<Shading> shading; // alpha: unshaded if absent; iso always shades, with defaults
-    // Of shaded alpha and iso, caps included; absent: at the eye. Sides turned away from it have
-    // ambient light alone. Nothing casts shadows.
+    // The light of shaded alpha and iso, caps included; absent: at the eye. Sides turned away from
+    // it have ambient light alone. Nothing casts shadows.
     std::optional<Light> light{};
     // Iso: ambient occlusion, a cue to depth and not a simulation of light: what is lit is
     // multiplied by how open the surface is. That is the mean, over 24 fixed directions and their

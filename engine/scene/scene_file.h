@@ -23,7 +23,7 @@ struct Framing {
     friend bool operator==(const Framing&, const Framing&) = default;
 };
 
-// Where the mesh of a surface layer comes from: one of the three is set.
+// The source of the mesh of a surface layer: one of the three is set.
 struct SurfaceSource {
     std::string mesh;          // a file, relative to the scene's folder
     std::optional<double> iso; // the volume's surface at this value
@@ -59,7 +59,7 @@ Scene resolved_scene(const SceneFile& file, const Grid& grid);
 // True for "synthetic:...".
 bool is_synthetic(std::string_view volume);
 
-// Where to read a volume that a scene names: joined to the scene's folder where it is relative.
+// The path of a volume that a scene names: joined to the scene's folder where it is relative.
 std::filesystem::path volume_path(const SceneFile& file, std::string_view volume);
 
 // `name` is the file's, for messages; `folder` is where transfer-function files are looked up.

@@ -209,7 +209,7 @@ std::optional<double> bright_background(const Volume& volume, const std::vector<
     return below > least && kManyTimes * above <= below ? std::optional(middle) : std::nullopt;
 }
 
-// Of maxima along lines.
+// The end of a projection's values, from maxima along lines.
 double projected_end(const std::vector<float>& maxima, double low, double high) {
     const double highest = at_share(maxima, 0.999);
     const std::vector<float> met(
@@ -222,7 +222,7 @@ struct Ends {
     double low, high, projected;
 };
 
-// Of values whose background, if they have one, is dark. `most` is the largest of all samples.
+// Ends of values whose background, if they have one, is dark. `most` is the largest of all samples.
 Ends ends_of(const std::vector<float>& values, const std::vector<float>& in_pairs,
              const std::vector<float>& maxima, const std::vector<float>& maxima_in_pairs,
              double most) {

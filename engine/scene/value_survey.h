@@ -13,17 +13,17 @@ namespace palpate {
 // nowhere. A value counts as an outlier where it lies four times as far out as any value that two
 // samples in a row reach, so that the window without it has at least a quarter of its greys.
 struct ValueSurvey {
-    // Where the values of interest begin and end; low < high. `low` is the value below which 1 % of
+    // The values of interest lie between these; low < high. `low` is the value below which 1 % of
     // the voxels lie or, where it is higher, the background: the one value that at least a fifth of
     // all voxels have, with ten times as many above it as below. 0.5 % of the voxels above `low`
     // lie above `high`, outliers apart. Where the background is bright, all of this is turned over:
     // `high` is the background, and 0.5 % of the voxels below it lie below `low`.
     double low = 0.0, high = 1.0;
 
-    // Of the maxima along grid lines, those that rise above `low` by 5 % of the way to the highest
-    // 0.1 %: the value that 95 % of them lie below. > low; outliers apart.
+    // 95 % of the maxima along grid lines lie below it, counting those that rise above `low` by 5 %
+    // of the way to the highest 0.1 %. > low; outliers apart.
     double projected_high = 1.0;
-    // Where the background is bright: the same of the minima, downwards from `high`. < high.
+    // The same of the minima, downwards from `high`, if the background is bright. < high.
     double projected_low = 0.0;
 
     // The median along the twelve edges of the box of samples, where ten times as many voxels are
@@ -33,7 +33,7 @@ struct ValueSurvey {
     double lower_percent = 0.0; // 1 % of the voxels lie below it
     double upper_quarter = 0.0; // 75 % do
 
-    // Of neighbouring voxels along x, y and z that are both not 0: the share that are equal.
+    // The share of equal pairs among neighbouring voxels along x, y and z that are both not 0.
     double equal_neighbours = 0.0;
 };
 

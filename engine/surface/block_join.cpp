@@ -12,7 +12,7 @@ namespace palpate::block {
 
 namespace {
 
-// Where each block stands in the list, over the box that holds them all.
+// The position of each block in the list, over the box that holds them all.
 class Positions {
  public:
     explicit Positions(std::span<const PlacedBlock> blocks) {

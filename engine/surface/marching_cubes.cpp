@@ -47,7 +47,7 @@ glm::ivec3 block_in_brick(uint32_t number) {
             number / (kBlocksOnSide * kBlocksOnSide)};
 }
 
-// What a thread needs for one block.
+// The memory that a thread needs for one block.
 struct Scratch {
     Samples samples;
     Cells cells;
@@ -81,7 +81,7 @@ class Extraction {
             if (!is_stopped())
                 count_brick(i);
         });
-        // Where each block's vertices and triangles begin: a sum in the order of the mesh.
+        // Each block's vertices and triangles begin at a running sum, in the order of the mesh.
         for (CrossedBrick& brick : crossed_)
             for (CrossedBlock& b : brick.blocks) {
                 b.first_vertex = static_cast<uint32_t>(vertices_);

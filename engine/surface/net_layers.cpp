@@ -101,7 +101,7 @@ int edge_at(int corner, int axis) {
     return -1;
 }
 
-// What a chunk of layers adds; vertices counted from its own first one.
+// The part that a chunk of layers adds; vertices counted from its own first one.
 struct Part {
     Net net;
     uint32_t before_last = 0; // vertices below its last layer

@@ -11,7 +11,7 @@ namespace palpate::block {
 
 // One bit a sample of a volume: whether it is inside.
 //
-// Where the border is to be closed there is a layer of samples beyond each side, all outside.
+// A border that is to be closed gets a layer of samples beyond each side, all outside.
 // Bricks whose range, and rows of blocks whose ranges lie on one side of iso are not read.
 class SignField {
  public:

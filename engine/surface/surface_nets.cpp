@@ -212,7 +212,7 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
     return surface;
 }
 
-// Of positions in `scale` of a cubic millimetre.
+// The volume that each label encloses; a unit cube of the positions has `scale` cubic millimetres.
 template <class Real>
 std::vector<LabelVolume> volumes_of(const Surface<Real>& surface, double scale) {
     std::vector<double> sums(65536, 0.0);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr float kLeastFraction = 0x1p-12f;
 
-// What is known of each configuration without looking at a volume.
+// Facts about each configuration that need no look at a volume.
 struct Cases {
     std::array<uint8_t, 256> connectivity{}; // bit f: the surface goes on through face f
     std::array<uint16_t, 256> edges{};       // bit e: edge e is crossed
@@ -314,7 +314,7 @@ Mesh SurfaceTracker::triangulate() const {
     if (options_.gradient_normals)
         gradient.emplace(*options_.grey);
 
-    // Where a crossing lies, in index space.
+    // The place of a crossing, in index space.
     const auto crossing = [&](glm::uvec3 at, CellEdge edge) {
         const glm::uvec3 sample = at + corner_offset(edge.corner) - border_;
         glm::dvec3 point(glm::ivec3{sample}); // -1 in the border

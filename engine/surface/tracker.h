@@ -63,7 +63,7 @@ class SurfaceTracker {
     // The configuration of a cell as found: bit c is set where corner c is inside; 0 where it was
     // not visited.
     uint8_t cell(glm::uvec3 at) const { return index_[offset(at)]; }
-    // Of the line of cells (y, z): the first cell found, and one more than the last; the latter 0
+    // The first cell found in the line of cells (y, z), and one more than the last; the latter is 0
     // where there is none.
     uint32_t first(uint32_t y, uint32_t z) const { return first_[y + size_t{cells_.y} * z]; }
     uint32_t end(uint32_t y, uint32_t z) const { return end_[y + size_t{cells_.y} * z]; }

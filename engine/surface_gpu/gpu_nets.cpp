@@ -319,8 +319,8 @@ Result<size_t> GpuNets::update(const Volume& after) {
         PALPATE_TRY(make_all());
         return around(read, std::max({count_.x, count_.y, count_.z})).size();
     }
-    // What changed moves vertices within the reach of smoothing, and blocks refer to the vertices
-    // of those before them. Offsets there depend on twice that reach.
+    // The changes move vertices within the reach of smoothing, and blocks refer to the vertices of
+    // those before them. Offsets there depend on twice that reach.
     const int reach = reach_of_smoothing();
     const Blocks emitted = around(read, reach + 1);
     const Blocks cells = around(read, reach == 0 ? 0 : 2 * reach + 2);
@@ -360,7 +360,7 @@ Mesh GpuNets::mesh() {
                 return v - record->first_vertex - record->count.vertices <
                        record->count.more_vertices;
             };
-            // Of a fan: its middle, and two that follow each other on the rim.
+            // A fan has its middle, and two vertices that follow each other on the rim.
             if (!is_more(one->x))
                 continue;
             if (t == 0 || one[-1].x != one->x)

@@ -77,7 +77,7 @@ class GpuSurface {
     uint64_t triangles() const { return triangles_; }
     // Positions of all blocks with a surface, in the order of the mesh.
     std::vector<glm::ivec3> blocks() const;
-    // Where a block lies in pool(); null where it has no surface.
+    // The range of a block in pool(); null where it has no surface.
     const PoolRange* range(glm::ivec3 block) const;
     SurfacePool& pool() { return pool_; }
 
@@ -87,7 +87,7 @@ class GpuSurface {
     // options()).
     Mesh mesh();
 
-    // Of the last extraction or update that was waited for, by pass.
+    // Times of the last extraction or update that was waited for, by pass.
     const std::vector<PassTime>& pass_times() const { return times_; }
 
  private:

@@ -181,7 +181,7 @@ void GpuSurface::record_emit(Commands& commands) {
     commands.end_pass();
 }
 
-// What the CPU made, in the ranges found for it; `all`: there is nothing else in the pool.
+// Uploads what the CPU made to the ranges found for it; `all`: the pool holds nothing else.
 void GpuSurface::upload_made(Commands& commands, bool all) {
     for (SurfacePool::Arena& arena : pool_.arenas()) {
         std::vector<std::vector<glm::uvec3>> triangles; // of the arena's vertices
@@ -224,7 +224,7 @@ void GpuSurface::upload_made(Commands& commands, bool all) {
     }
 }
 
-// What cpu_ made of blocks; those without a surface hold nothing.
+// Counts of the blocks that cpu_ made; those without a surface hold nothing.
 std::vector<gpu::ExtractCount> GpuSurface::made(std::span<const uint32_t> numbers) const {
     std::vector<gpu::ExtractCount> counts;
     for (const uint32_t number : numbers) {
@@ -237,7 +237,7 @@ std::vector<gpu::ExtractCount> GpuSurface::made(std::span<const uint32_t> number
     return counts;
 }
 
-// What blocks of volume_ hold, counted here: the samples lie here too, and an answer of the device,
+// Counts of blocks of volume_, counted here: the samples lie here too, and an answer of the device,
 // for which all else had to wait, takes longer than to count some hundred blocks.
 std::vector<gpu::ExtractCount> GpuSurface::counted(std::span<const uint32_t> numbers) {
     std::vector<gpu::ExtractCount> counts(numbers.size());

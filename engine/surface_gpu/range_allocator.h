@@ -15,7 +15,7 @@ class RangeAllocator {
     // Ranges are multiples of `quantum` long, and begin at one; so that what is freed fits again.
     RangeAllocator(uint32_t capacity, uint32_t quantum);
 
-    // Where `count` (at least 1) elements may lie; nothing where no range is long enough.
+    // The first of `count` (at least 1) free elements; nothing where no range is long enough.
     std::optional<uint32_t> take(uint32_t count);
     // Frees the range that take(count) returned.
     void give(uint32_t first, uint32_t count);

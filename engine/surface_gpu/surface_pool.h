@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// Where a block's surface lies in the pool.
+// The place of a block's surface in the pool.
 struct PoolRange {
     uint32_t arena = 0;
     uint32_t first_vertex = 0, vertices = 0;

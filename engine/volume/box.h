@@ -9,7 +9,7 @@
 // Boxes of samples, in and out of the bricks of a volume.
 namespace palpate {
 
-// Where the samples of a box lie in an array, in elements: sample (x, y, z) at x + y * row +
+// The layout of a box's samples in an array, in elements: sample (x, y, z) at x + y * row +
 // z * plane.
 struct BoxStrides {
     size_t row = 0, plane = 0;
@@ -35,7 +35,7 @@ void read_box(const Volume& volume, glm::ivec3 first, glm::ivec3 size, BoxStride
         // Places of the box whose nearest sample lies in this brick.
         const glm::ivec3 begin = glm::mix(origin - first, glm::ivec3(0), glm::equal(at, low));
         const glm::ivec3 end = glm::mix(origin + side - first, size, glm::equal(at, high));
-        // Of a row, those that are within the volume.
+        // The samples of a row that are within the volume.
         const int inside = std::clamp(-first.x, begin.x, end.x);
         const int beyond = std::clamp(last.x + 1 - first.x, begin.x, end.x);
         const Brick& brick = volume.brick(glm::uvec3(at));

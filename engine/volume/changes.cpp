@@ -9,7 +9,7 @@ namespace palpate {
 
 namespace {
 
-// Of bricks of two types, the blocks in which a value differs.
+// The blocks of two bricks of different types in which a value differs.
 uint64_t blocks_of_other_values(const Brick& a, const Brick& b) {
     const auto same = [](float x, float y) { return x == y || (x != x && y != y); };
     if (a.is_constant() && b.is_constant())

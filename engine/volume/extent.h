@@ -37,14 +37,14 @@ std::vector<HalfSpace> half_spaces(const WorldBox& box);
 // where three of their planes meet.
 bool have_common_point(std::span<const HalfSpace> spaces, double slack_mm);
 
-// Where no sample of one lies within a sample of another: a sentence with both boxes, beginning
-// with `what` the first is. Empty where some do.
+// A sentence with both boxes, beginning with `what` the first is, if no sample of one lies within a
+// sample of the other. Empty where some do.
 std::string apart_text(const std::string& what, const Grid& grid, const Grid& volume);
 
 // Fails where a size is 0 or the matrix has no inverse. Makers of volumes take both for granted.
 Result<void> check_grid(const Grid& grid);
 
-// Of the three along the index axes; > 0.
+// The smallest and the largest of the three spacings along the index axes; > 0.
 double smallest_spacing_mm(const Grid& grid);
 double largest_spacing_mm(const Grid& grid);
 

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-// Where the samples of a volume lie in the patient.
+// The placement of a volume's samples in the patient.
 //
 // Index space counts samples: the centre of sample (i, j, k) is at exactly (i, j, k), so the
 // sampled box runs from 0 to size - 1 on each axis. World space is millimetres in the patient's

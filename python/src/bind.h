@@ -2,7 +2,7 @@
 
 #include <pybind11/pybind11.h>
 
-// What each file of the module adds to it.
+// Each file adds one part of the module.
 namespace palpate::python {
 
 void bind_volume(pybind11::module_& module);

@@ -27,7 +27,7 @@ using Numbers = std::map<std::string, double>;
 using Texts = std::map<std::string, std::string>;
 using Poses = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// What is felt, and how: as the options of `palpate touch`.
+// A request for what is felt and how, in the options of `palpate touch`.
 struct Asked {
     std::string algorithm = "swept-point";
     hp::TouchParameters parameters;

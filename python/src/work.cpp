@@ -98,7 +98,7 @@ Workers& workers() {
     return *all;
 }
 
-// What a call and the thread that works for it share.
+// The state that a call and the thread that works for it share.
 struct Turn {
     std::mutex mutex;
     std::condition_variable changed;

@@ -28,7 +28,7 @@ T value_of(Result<T> result) {
         return std::move(*result);
 }
 
-// What long work looks at and tells.
+// A stop that long work looks at, and the progress that it tells.
 struct Report {
     std::stop_token stop;
     std::function<void(double share)> progress; // 0 .. 1; any thread, one at a time

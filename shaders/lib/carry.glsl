@@ -66,7 +66,7 @@ bool is_opaque(Carried front) {
     return !mip && front.color.a > 1.0 - frame.min_transmittance;
 }
 
-// What is in front and what this part adds.
+// Joins what is in front and what this part adds.
 Marched carry_on(Carried front, Marched part, uvec2 place, uint eye, bool wanted) {
     Marched both = part;
     vec4 values = front.values;

@@ -94,8 +94,8 @@ bool may_show(vec4 c) {
            textureLod(table, vec2((floor(range.x) + 0.5) / n, row), 0.0).g;
 }
 
-// What a cubic of places in the table shows between distances `ends`: premultiplied colour, opacity.
-// `reaches` is the share of the light that passes what lies before it.
+// The premultiplied colour and opacity that a cubic of places in the table shows between distances
+// `ends`. `reaches` is the share of the light that passes what lies before it.
 vec4 piece_color(RaySampler s, Walk w, vec4 c, vec2 ends, float reaches, bool counts) {
     const float bend = max(abs(2.0 * c.z), abs(2.0 * c.z + 6.0 * c.w));
     // Shading turns within a cell however straight the values are.

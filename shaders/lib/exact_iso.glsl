@@ -1,7 +1,7 @@
 // Iso-surfaces by the exact integrator (ray_exact.glsl).
 
-// Where the cubic takes `iso` on [a, b], on which it is monotone; the nearer end where rounding
-// leaves it on one side.
+// The place at which the cubic takes `iso` on [a, b], on which it is monotone; the nearer end where
+// rounding leaves it on one side.
 float root_between(vec4 c, float iso, float a, float b) {
     const float at_a = cubic_at(c, a) - iso;
     const float at_b = cubic_at(c, b) - iso;

@@ -39,7 +39,7 @@ vec3 faces_beyond(Faces f, float t) {
 
 float least(vec3 v) { return min(v.x, min(v.y, v.z)); }
 
-// What a march needs to know of its ray. Distances are taken from where the ray enters the volume's
+// The facts that a march needs about its ray. Distances are taken from where the ray enters the volume's
 // box, which keeps all digits for far-away eyes.
 struct Walk {
     float anchor; // mm from the ray's start
@@ -50,7 +50,7 @@ struct Walk {
     vec3 last_cell;
 };
 
-// Where a march is: the next faces on its way.
+// The state of a march: the next faces on its way.
 struct Place {
     vec3 cells;
 #if HAS_LABELS
@@ -188,7 +188,7 @@ vec2 hull(vec4 c) {
     return vec2(min(min(c.x, b1), min(b2, b3)), max(max(c.x, b1), max(b2, b3)));
 }
 
-// Where on (0, 1) the cubic turns, in order; 1 for "nowhere".
+// The places on (0, 1) at which the cubic turns, in order; 1 for "nowhere".
 vec2 turning_points(vec4 c) {
     const float a = 3.0 * c.w, b = 2.0 * c.z;
     const float discriminant = b * b - 4.0 * a * c.y;

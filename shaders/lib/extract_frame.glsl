@@ -1,4 +1,4 @@
-// What the passes of extraction share: the frame, and the order of samples.
+// The passes of extraction share the frame and the order of samples.
 
 layout(scalar, binding = kExtractFrame) uniform Frame { ExtractFrame frame; };
 

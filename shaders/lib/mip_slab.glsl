@@ -1,4 +1,4 @@
-// Where the slabs of a MIP lie (see kMipWords). Needs `frame`.
+// The places of the slabs of a MIP (see kMipWords). Needs `frame`.
 
 // Number of a tile's words among all tiles of a pass of so many rays.
 uint slab_words_of(uvec2 tile, uint eye, uvec2 rays) {

@@ -1,5 +1,5 @@
-// What is known of a cell: where its vertices begin among the block's (12 bits), its crossed edges
-// (12), the splits of its faces (two bits each) and the vertex of each crossed edge (two bits each,
+// A cell's entry: where its vertices begin among the block's (12 bits), its crossed edges (12), the
+// splits of its faces (two bits each) and the vertex of each crossed edge (two bits each,
 // see engine/surface/net_cell.h). In memory: first | crossed << 12 | low splits << 24, and
 // edges' vertices | high splits << 24.
 

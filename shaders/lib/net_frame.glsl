@@ -1,4 +1,4 @@
-// What the passes of nets share: the frame, jobs, and how cells, edges and faces are numbered
+// The passes of nets share the frame, jobs, and how cells, edges and faces are numbered
 // (engine/surface/cell_tables.h).
 
 layout(scalar, binding = kNetFrame) uniform Frame { NetFrame frame; };

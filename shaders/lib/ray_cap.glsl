@@ -1,6 +1,6 @@
 // Caps of iso-surfaces. Included by ray_cast.comp where IS_ISO.
 
-// Where a clip plane cuts into what an iso-surface encloses, the cut is closed: in the colour of the
+// If a clip plane cuts into the inside of an iso-surface, the cut is closed: in the colour of the
 // innermost surface about it, and lit by the plane's normal. `cut` is the cosine between that and
 // the ray where distance t lies on a clip plane, else 0.
 Marched cap_of(RaySampler s, float t, float cut) {

@@ -34,8 +34,8 @@ Marched march_between(RaySampler s, vec2 t, vec2 span, bool marches, float cut) 
 #endif
 }
 
-// What a ray sees from t.x to t.y behind `front`, with the triangles at distances from reach.x to
-// below reach.y, also those outside of [t.x, t.y].
+// The picture that a ray sees from t.x to t.y behind `front`, with the triangles at distances from
+// reach.x to below reach.y, also those outside of [t.x, t.y].
 Marched march_layers(RaySampler s, vec2 t, vec2 reach, vec2 span, bool marches, float cut,
                      vec2 pixel, uint eye, float jitter, Marched front) {
     const float opaque = 1.0 - frame.min_transmittance;
@@ -61,7 +61,7 @@ Marched march_layers(RaySampler s, vec2 t, vec2 reach, vec2 span, bool marches, 
 }
 
 #if HAS_ATLAS
-// What has been seen before this part of the volume, and how far along the ray.
+// The picture before this part of the volume, and how far along the ray it reaches.
 Marched carried_layers(Carried front, bool wanted, out float reached) {
     const bool first = atlas.first_part != 0u || !wanted;
     reached = first ? 0.0 : front.values.z;

@@ -50,7 +50,7 @@ vec2 segment(float k, vec2 t) {
 
 // ---- alpha ----
 
-// Where a segment starts in the transfer table (preintegrated only).
+// The start of a segment in the transfer table (preintegrated only).
 struct TableState {
     float position;
     vec4 integral;
@@ -275,7 +275,7 @@ int level_of(float texel) {
     return level;
 }
 
-// Where the texel is `iso` between a and b, by false position: (t, texel - iso) at either end.
+// The place where the texel is `iso` between a and b, by false position: (t, texel - iso) at both ends.
 float crossing(RaySampler s, vec2 a, vec2 b, float iso) {
     for (int i = 0; i < 4; ++i) {
         const float t = a.x - a.y * (b.x - a.x) / (b.y - a.y);

@@ -17,7 +17,7 @@ RaySampler ray_sampler(Ray ray) {
     return s;
 }
 
-// What is stored at distance t; its value is texel * value_scale + value_bias. Loops stay in texels.
+// The texel at distance t; its value is texel * value_scale + value_bias. Loops stay in texels.
 float texel_at(RaySampler s, float t) {
     if (kCount != 0u)
         samples_taken += 1u;

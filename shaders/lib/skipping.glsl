@@ -29,12 +29,12 @@ vec3 cell_at(CellRay c, float t) {
     return clamp(floor(c.origin + t * c.direction), vec3(0.0), frame.cell_last);
 }
 
-// What is stored for a cell.
+// The entry that is stored for a cell.
 float cell_entry(vec3 cell) {
     return textureLod(cells, (cell + 0.5) * frame.cell_texture, 0.0).r;
 }
 
-// Where the ray leaves the box of the cells less than d cells away; d = 0 gives a place behind.
+// The distance at which the ray leaves the box of cells less than d cells away; behind for d = 0.
 float cell_exit(CellRay c, vec3 cell, float d) {
     const vec3 face = cell + mix(vec3(1.0 - d), vec3(d), c.rising);
     const vec3 t = face * c.mm_per_cell + c.start_mm;

@@ -1,4 +1,4 @@
-// What passes over meshes share: pixels and their rays in camera space, keys, what clip planes keep.
+// Passes over meshes share this: pixels and their rays in camera space, keys, and what clip planes keep.
 // A key is (low half, bits of the depth), in memory a number of 64 bits with the depth above.
 
 layout(scalar, binding = kSurfaceFrame) uniform FrameBlock { SurfaceFrame frame; };
@@ -11,7 +11,7 @@ float depth_of(uvec2 key) { return uintBitsToFloat(key.y); }
 uint low_of(uvec2 key) { return key.x; }
 bool is_before(uvec2 a, uvec2 b) { return a.y < b.y || (a.y == b.y && a.x < b.x); }
 
-// Where a pixel's ray crosses the plane at depth 1 (perspective) or any plane (orthographic).
+// The point at which a pixel's ray crosses the plane at depth 1 (perspective) or any plane (orthographic).
 vec2 image_point(vec2 pixel) {
     return mix(frame.bounds.xw, frame.bounds.yz, (pixel + 0.5) / vec2(frame.size_px));
 }
@@ -43,7 +43,7 @@ vec2 kept_stretch(vec2 at) {
     return kept;
 }
 
-// What is seen of a style at this angle, as the low half of a key.
+// The look of a style at this angle, as the low half of a key.
 uint shaded(uint style, float facing) {
     return kSurfaceShaded | style << 16 | uint(clamp(facing, 0.0, 1.0) * 65535.0 + 0.5);
 }

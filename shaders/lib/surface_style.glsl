@@ -12,7 +12,7 @@ uint style_of_label(SurfaceMesh mesh, uint label) {
     return mesh.first_style + min(label, mesh.style_count - 1u);
 }
 
-// That of the label which the ray enters, or, where that one is not shown, which it leaves.
+// The style of the label that the ray enters or, where that one is not shown, of the one that it leaves.
 uint style_of(SurfaceMesh mesh, uint pair, bool leaving) {
     const uint inner = style_of_label(mesh, pair & 0xffffu);
     const uint outer = style_of_label(mesh, pair >> 16);
@@ -20,7 +20,7 @@ uint style_of(SurfaceMesh mesh, uint pair, bool leaving) {
     return styles[far].color.a > 0.0 ? far : (leaving ? inner : outer);
 }
 
-// What a ray that leaves the triangle's inner side counts.
+// The weight with which a ray counts that leaves the triangle's inner side.
 int weight_of(SurfaceMesh mesh, uint pair) {
     const bool labelled = (mesh.flags & kSurfaceHasLabels) != 0u;
     return labelled ? int(pair & 0xffffu) - int(pair >> 16) : 1;

@@ -46,7 +46,7 @@ struct Hit {
     vec3 weights; // of the corners; they add up to 1
 };
 
-// Where the ray through a point of the image plane meets a triangle. The camera space is sheared so
+// The hit of a triangle by the ray through a point of the image plane. The camera space is sheared so
 // that the ray is its third axis (Woop, Benthin, Wald 2013): a corner moves alike for all triangles
 // it belongs to, so that nothing slips through between them.
 Hit meet(Corners t, vec2 at) {

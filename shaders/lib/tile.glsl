@@ -3,7 +3,7 @@ uint tile_number(uvec2 tile, uint eye, uvec2 count) {
     return (eye * count.y + tile.y) * count.x + tile.x;
 }
 
-// Of sixteen lanes, every second pixel both ways: packets of 2x4 rays, which cover 4x8 pixels. From
+// Sixteen lanes take every second pixel both ways: packets of 2x4 rays, which cover 4x8 pixels. From
 // the front of a head 4x2 rays take 4 % longer on lavapipe; from elsewhere it is all one.
 uvec2 second_pixel_in_tile(uint lane) { return 2u * uvec2((lane & 1u) + (lane >> 3 & 1u) * 2u, lane >> 1 & 3u); }
 

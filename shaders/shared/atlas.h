@@ -1,4 +1,4 @@
-// What passes need of a volume that lies on the device brick by brick.
+// The data that passes need for a volume that lies on the device brick by brick.
 #ifndef PALPATE_SHARED_ATLAS_H
 #define PALPATE_SHARED_ATLAS_H
 #include "shaders/shared/types.h"

@@ -24,7 +24,7 @@ struct ExtractFrame {
     vec3 normal_scale;        // 0.5 / spacing_mm: differences across two samples to slopes
 };
 
-// What the range of a block's samples says, as sample_order()s. A block without data is (highest,
+// The range of a block's samples, as sample_order()s. A block without data is (highest,
 // lowest); one of a brick in which some are missing has the lowest as its least.
 struct ExtractRange {
     int least, most;
@@ -36,7 +36,7 @@ struct ExtractWork {
     uint listed;
 };
 
-// What a block holds: vertices on edges of its own samples, | those on its neighbours' << 16; and
+// The contents of a block: vertices on edges of its own samples, | those on its neighbours' << 16; and
 // triangles.
 struct ExtractCount {
     uint vertices;

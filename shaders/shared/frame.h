@@ -1,4 +1,4 @@
-// What every pass of a frame reads: both eyes' rays, the volume's placement, clip planes.
+// The data that every pass of a frame reads: both eyes' rays, the volume's placement, clip planes.
 #ifndef PALPATE_SHARED_FRAME_H
 #define PALPATE_SHARED_FRAME_H
 #include "shaders/shared/types.h"

@@ -28,7 +28,7 @@ struct NetJob {
     uint first_triangle;
 };
 
-// Where a block with walls lies; slot is one more than the block's, 0 where it has none.
+// The place of a block with walls; slot is one more than the block's, 0 where it has none.
 struct NetPlace {
     uint slot;
     uint first_vertex;

@@ -20,7 +20,7 @@ const uint kSliceFusedTable = 12u;
 const uint kSliceOverlay = 13u; // labels
 const uint kSliceOverlayStyles = 14u;
 
-// What lies over slices, from index positions of the volume.
+// The layers over slices, from index positions of the volume.
 struct SliceOver {
     mat3 fused_from_index; // index in the fused volume: fused_from_index * index + fused_origin
     vec3 fused_origin;

@@ -55,8 +55,8 @@ struct SurfaceStyleEntry {
     float value;              // the label, or NaN
 };
 
-// What is drawn now: arrays of a mesh, which may have several. (0, 1, 1, 0, mesh, turn, first number,
-// count) before its triangles are.
+// The work that is drawn now: arrays of a mesh, which may have several. (0, 1, 1, 0, mesh, turn, first
+// number, count) before its triangles are.
 struct SurfaceWork {
     uint groups_x, groups_y, groups_z; // to draw what is listed
     uint listed;              // triangles over many pixels

@@ -420,7 +420,7 @@ TEST_F(BenchCommand, EditGivesLatenciesOnAPage) {
         EXPECT_LE(row["ms"]["median"], row["ms"]["p99"]) << row;
         rows.insert(row["what"].get<std::string>());
     }
-    // What the page's section looks for by name.
+    // The page's section looks for these by name.
     for (const char* start :
          {"hand to snapshot", "staging", "copy command", "surface of changed blocks",
           "snapshot to uploaded", "hand to new pixels, iso", "hand to new pixels, interactive"})

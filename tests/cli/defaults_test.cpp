@@ -1,4 +1,4 @@
-// What palpate render draws when nobody says how.
+// The picture that palpate render draws when nobody says how.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -273,7 +273,7 @@ TEST_F(DefaultPicture, ACtWithoutRescaleIsSaid) {
     }
 }
 
-// What commands write of a CT is a CT again, in formats with a place for it; of labels it is not.
+// Commands keep a CT a CT, in formats with a place for it; a label map made of it is none.
 TEST_F(DefaultPicture, AVolumeThatIsWrittenKeepsItsModality) {
     ASSERT_TRUE(save_volume(file("ct.nrrd"),
                             make_volume(make_grid(glm::uvec3(16), glm::dvec3(2.0)), ScalarType::i16,

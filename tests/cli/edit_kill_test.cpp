@@ -22,7 +22,7 @@ namespace {
 
 const glm::dquat kUpright(1, 0, 0, 0);
 
-// What a program tells a terminal, and only that, of how far it is.
+// A terminal: a program tells how far it is to a terminal alone.
 class Terminal {
  public:
     Terminal() : here_(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
@@ -158,7 +158,7 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
         between += kept[i];
     std::printf("    whole %zu, not begun %zu, between strokes %zu, all strokes kept %zu\n", whole,
                 none, between, kept.back());
-    // What is compared above: of a run to its end, the messages tell of all strokes.
+    // Checks the figures compared above: after a run to its end, the messages tell of all strokes.
     ASSERT_EQ(run_and_kill(std::chrono::hours(1),
                            [&] { return become_program(arguments(false), terminal.there()); }),
               End::finished);

@@ -220,7 +220,7 @@ TEST_F(EditCommand, NamesDamageAndKeepsAllOfIt) {
         return std::pair(bytes, at - 8);
     };
     const auto [bytes, at] = damage(2);
-    // Of the two strokes that can be done again no three can be taken back.
+    // Two strokes can be done again, so three cannot be taken back.
     ProgramRun done = edit({"--recover", "--undo", "3"});
     EXPECT_EQ(done.exit_code, 1);
     EXPECT_THAT(done.messages, HasSubstr("expected at most 2 strokes to take back, found 3"));

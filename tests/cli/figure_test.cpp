@@ -130,8 +130,8 @@ TEST_F(FigureCommand, MarksAreDrawnAsAskedAndNowhereElse) {
     plain_options.insert(plain_options.end(), {"--background", "white"});
     ASSERT_EQ(render("plain.png", plain_options, "300,240").exit_code, 0);
     const Image plain = png("plain.png");
-    // Where each differs: letters at the edges' middles, the bar at the lower right, the colour bar
-    // at the upper right, the note at the upper left.
+    // The places of the differences: letters at the edges' middles, the bar at the lower right, the
+    // colour bar at the upper right, the note at the upper left.
     const auto differs = [&](const Image& image, uint32_t x0, uint32_t y0, uint32_t x1,
                              uint32_t y1) {
         size_t count = 0;

@@ -1,4 +1,4 @@
-// What every command has in common: help that can be read, a version, and no file for two options.
+// All commands share this: help that can be read, a version, and no file for two options.
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -225,7 +225,7 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
         {{"surface", file("ct_%d.png").string(), "--iso", "1", "-o", mesh, "--report",
           file("ct_1.png").string()},
          "V and --report"},
-        // What is written beside what an option names.
+        // These files are written beside the one that an option names.
         {{"convert", header, file("one.mhd").string()}, "the voxels of V and the voxels of OUT"},
         {{"convert", volume, file("one.mhd").string(), "--profile", raw},
          "the voxels of OUT and --profile"},

@@ -85,7 +85,7 @@ TEST_F(ProjectCommand, StrokesAreStepsThatCanBeTakenBackAndSaved) {
     EXPECT_EQ(hash_of_export("volume"), cut);
 }
 
-// Where a volume or a scene is expected, a project is read, with its unsaved steps.
+// A project is read, with its unsaved steps, if a volume or a scene is expected.
 TEST_F(ProjectCommand, OtherCommandsReadIt) {
     create();
     write_strokes();
@@ -191,7 +191,7 @@ TEST_F(ProjectCommand, ATouchThatEditsWritesItsStrokesIntoTheProject) {
     EXPECT_EQ(hash_of("out.nrrd"), drilled);
     EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
     EXPECT_EQ(hash_of_export("labels"), labels);
-    // What a touch of the file itself gives.
+    // A touch of the file itself gives the same.
     done = run({"touch", file("ct.nrrd").string(), "--path", file("path.csv").string(), "--device",
                 "exact", "--algorithm", "none", "--drill", "3", "-o", file("file.nrrd").string()});
     ASSERT_EQ(done.exit_code, 0) << done.messages;

@@ -1,4 +1,4 @@
-// What the program says where a picture would silently be empty, or an option change nothing.
+// Messages of the program if a picture would silently be empty, or an option would change nothing.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ class Said : public ProgramTest {
         ProgramTest::SetUp();
         ASSERT_TRUE(save_volume(file("v.nrrd"), body()));
     }
-    // What a run says but for the line that a file was made.
+    // The messages of a run without the line that a file was made.
     std::string but_made(std::string messages, const char* made) const {
         const size_t line = messages.find("palpate: info: " + file(made).string() + ": ");
         EXPECT_NE(line, std::string::npos) << messages;
@@ -203,7 +203,7 @@ TEST_F(Said, OptionsOfRenderThatChangeNothing) {
             << c.words;
 }
 
-// What --fill and --view-angle say of a --view, they say of the view that is drawn without it.
+// --fill and --view-angle say of the view that is drawn without --view what they say of a --view.
 TEST_F(Said, FillAndViewAngleMoveTheCameraWithoutAView) {
     for (const std::vector<std::string>& how :
          {std::vector<std::string>{"--fill", "0.5"}, {"--view-angle", "12"}}) {

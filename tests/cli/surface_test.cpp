@@ -370,8 +370,8 @@ TEST_F(CompareMeshesCommand, GivesMetricsAndPass) {
         EXPECT_TRUE(said.contains(key)) << key;
     EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.6"}).exit_code, 0);
     EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.4"}).exit_code, 1);
-    // What is told lies between two bounds; a limit between them is settled by narrowing them, and
-    // passes by the upper one alone. Limits a part in 1e4 of their distance to each side of it.
+    // The told distance lies between two bounds. A limit between them is settled by narrowing them,
+    // and passes by the upper one alone. Limits a part in 1e4 of their distance to each side of it.
     const double least = said["hausdorff_mm"], most = said["hausdorff_most_mm"];
     EXPECT_LE(least, most);
     EXPECT_LE(most - least, said["hausdorff_tolerance_mm"].get<double>() * (1 + 1e-9));

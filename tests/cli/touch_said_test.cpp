@@ -1,4 +1,4 @@
-// What palpate touch refuses and warns of.
+// Refusals and warnings of palpate touch.
 
 #include <gmock/gmock.h>
 

@@ -37,7 +37,7 @@ TEST_F(TouchCommand, WritesTheColumnsThatProgramsRelyOn) {
     EXPECT_EQ(summary["ticks"], 1001 + 2100);
 }
 
-// What was sent is what was rendered, and what soft start and passivity added to it.
+// The sent force is the rendered force and what soft start and passivity added to it.
 TEST_F(TouchCommand, TellsWhatTheSafetyChainAdds) {
     const ProgramRun done =
         run({"touch", "synthetic:ball", "--trajectory", "slide", "--at", "0,0,34", "--depth", "2",

@@ -62,7 +62,7 @@ class Explorer {
         const void* address;
         std::function<void()> write;
     };
-    // Of the running fibre; null on none.
+    // The buffer of the running fibre; null on none.
     std::deque<Store>* buffer() { return running_ == kNone ? nullptr : &fibers_[running_].stores; }
 
     static Explorer& current() {

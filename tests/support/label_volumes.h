@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// What the surface of each label of a mesh encloses, in rising order; background apart.
+// The volume that the surface of each label of a mesh encloses, in rising order; background apart.
 inline std::vector<LabelVolume> label_volumes(const Mesh& mesh) {
     std::vector<LabelVolume> volumes;
     for_each_label(mesh, [&](uint16_t label, const Mesh& surface) {

@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// What a run of the program left behind.
+// The result of a run of the program.
 struct ProgramRun {
     int exit_code = -1; // 128 + n where signal n ended it
     std::string output, messages;
