@@ -15,12 +15,12 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/program.h"
-#include "engine/version/version.h"
 #include "engine/base/file.h"
 #include "engine/base/json_value.h"
 #include "engine/base/log.h"
 #include "engine/base/printable.h"
 #include "engine/base/profile.h"
+#include "engine/version/version.h"
 
 namespace palpate {
 

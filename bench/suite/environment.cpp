@@ -9,8 +9,8 @@
 #include <string>
 #include <thread>
 
-#include "engine/version/version.h"
 #include "engine/base/memory.h"
+#include "engine/version/version.h"
 
 namespace palpate::bench {
 

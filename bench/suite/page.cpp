@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/page/page_of.h"
 #include "bench/suite/page_edit.h"
 #include "bench/suite/page_segment.h"
 #include "bench/suite/page_suites.h"
 #include "bench/suite/page_touch.h"
 #include "engine/base/file.h"
+#include "engine/page/page_of.h"
 
 namespace palpate::bench {
 
