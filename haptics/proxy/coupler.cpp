@@ -13,8 +13,8 @@ constexpr double kFade_s = 0.02;
 constexpr double kBleed_n_per_s = Yielding::kRate_n_per_s;
 // For so long after what is touched was exchanged geometry may take to come to rest: until then
 // what moves beyond the tool's own motion is the edit's. A third of the ticks in which force could
-// fall from 30 N at that rate.
-constexpr double kCatchingUp_s = 0.1;
+// fall from 30 N at that rate; the work of a tick is bounded, so at a low rate as many ticks.
+constexpr double kCatchingUp_s = 0.1, kCatchingUp_ticks = 100.0;
 // The force above which material yields that never does, so that it can be slewed.
 constexpr double kNever_n = MostTouch::force_n;
 
@@ -109,14 +109,17 @@ void Coupler::yield(const TickInput& input, const Geometry& geometry) {
     if (!(k > 0.0))
         return;
     const dvec3 spring = geometry.proxy_mm - yielding_.hand(x);
-    // What the end of a gap in the data moves is bled off first.
-    if (!lacked_data_ && !yielding_.is_inside() && geometry.touching && feel_.yield_n < kNever_n &&
+    // What an edit, or the end of a gap in the data, moves is bled off first: until then the force
+    // that comes is cut at T0, and nothing yields.
+    const bool is_leaving = yielding_.is_leaving();
+    const bool is_moved = lacked_data_ || geometry.was_replaced || catching_up_s_ > 0.0 ||
+                          geometry.submerged != was_submerged_ || !bleed_.is_over();
+    if ((is_leaving ? !lacked_data_ : is_first_ || !is_moved) && !yielding_.is_inside() &&
+        geometry.touching && feel_.yield_n < kNever_n &&
         k * glm::dot(spring, geometry.normal) > feel_.yield_n) {
-        // From where it was rendered: what an edit or coming out left to make up for is not asked
-        // now.
-        const bool is_leaving = yielding_.is_leaving();
-        yielding_.enter(is_leaving ? rendered_ + (x - tool_) : geometry.proxy_mm + bleed_.left_mm(),
-                        geometry.normal, x);
+        // From where it was rendered: what coming out left to make up for is not asked now.
+        yielding_.enter(is_leaving ? rendered_ + (x - tool_) : geometry.proxy_mm, geometry.normal,
+                        x);
         bleed_.forget();
     }
     if (yielding_.is_inside())
@@ -130,8 +133,8 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     const dvec3 tool = input.tool.position_mm, x = is_inside ? tool : yielding_.hand(tool);
     const double dt = input.dt_s, k = 1e-3 * feel_.stiffness_n_per_m;
     const bool is_exchanged = geometry.was_replaced || lacked_data_;
-    catching_up_s_ =
-        is_exchanged && !is_first_ ? kCatchingUp_s : std::max(0.0, catching_up_s_ - dt);
+    catching_up_s_ = is_exchanged && !is_first_ ? std::max(kCatchingUp_s, kCatchingUp_ticks * dt)
+                                                : std::max(0.0, catching_up_s_ - dt);
     dvec3 rendered = is_inside ? yielding_.place_mm() : geometry.proxy_mm;
     // Force stays what it was, and then falls, also where geometry takes some ticks to get there.
     if (geometry.lacks_data)
@@ -146,12 +149,10 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
                                ? glm::distance(x - hand_, tool - tool_) / dt
                                : 0.0;
     const double speed = std::max(0.0, Yielding::speed_mm_per_s(k) - made_up);
+    const bool is_bleeding = !bleed_.is_over();
     rendered += bleed_.next(k > 0.0 ? speed : 1e6, dt);
 
     TickOutput output;
-    const double fade = dt / kFade_s;
-    presence_ =
-        geometry.is_behind ? std::max(0.0, presence_ - fade) : std::min(1.0, presence_ + fade);
     const double damping = rendered == x ? 0.0 : q.damping_n_s_per_m;
     output.force_n = coupling_n(feel_.stiffness_n_per_m, damping, x, rendered,
                                 input.velocity_mm_per_s, (rendered - rendered_) / dt);
@@ -175,10 +176,15 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     const double felt = glm::length(output.force_n);
     if (!had_force_)
         trust_ = wanted;
-    else if (bleed_.is_over() && felt > 0.0)
+    else if (!is_bleeding && felt > 0.0)
         trust_ +=
             std::clamp(wanted - trust_, -kBleed_n_per_s * dt / felt, kBleed_n_per_s * dt / felt);
     had_force_ = felt > 0.0;
+    // While behind it fades, and comes again as an edit is felt.
+    const double fade = dt / kFade_s;
+    const double comes = felt > 0.0 ? std::min(fade, kBleed_n_per_s * dt / felt) : fade;
+    presence_ =
+        geometry.is_behind ? std::max(0.0, presence_ - fade) : std::min(1.0, presence_ + comes);
     output.force_n *= presence_ * trust_;
     const dvec3 normal = is_inside ? yielding_.normal() : geometry.normal;
     // A tool larger than what is felt makes its own room, and the hand touches nothing meanwhile.

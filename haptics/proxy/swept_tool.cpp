@@ -14,6 +14,7 @@ namespace {
 // For so long after what is touched was exchanged, the tool may be drawn along; then it is the hand
 // alone that moves it.
 constexpr double kCatchingUp_s = 0.1;
+constexpr double kTorque_ticks = 100.0; // that torque is watched for at least: as many at any rate
 // From one tick to the next, of the way where it turned back: no less than this; all of it again
 // where the hand has moved by so much, in samples. Ways beyond the hand's that are no longer than
 // the last one do not count, and a hand that moves by no more rests.
@@ -176,6 +177,28 @@ dvec3 SweptTool::lever_of(dvec3 force_n) const {
     return total > 0.0 ? arm / total : dvec3(0.0);
 }
 
+// Torque is released as force is: with the lever of the last contacts for as long as any force is
+// left. After an exchange it changes by the rate at which edits are felt, over the tool's reach,
+// and by what the hand's motion explains.
+dvec3 SweptTool::torque_of(const TickInput& input, double moved_mm, bool is_exchanged,
+                           dvec3 force_n) {
+    const dvec3 torque_nm = 1e-3 * glm::cross(lever_mm_, force_n);
+    torque_watch_s_ = is_exchanged ? std::max(kCatchingUp_s, kTorque_ticks * input.dt_s)
+                                   : std::max(0.0, torque_watch_s_ - input.dt_s);
+    const double reach_mm = contacts_.reach_mm();
+    if (torque_watch_s_ > 0.0) {
+        const double turned_mm =
+            std::isfinite(contacts_.reshaped_mm()) ? contacts_.reshaped_mm() : 0.0;
+        const double spring_n_per_mm = 1e-3 * coupler_.feel().stiffness_n_per_m;
+        const double natural_n_mm =
+            reach_mm * spring_n_per_mm * moved_mm + glm::length(force_n) * (moved_mm + turned_mm);
+        torque_bleed_.take_up(torque_nm_, torque_nm, 1e-3 * natural_n_mm);
+    }
+    torque_nm_ =
+        torque_nm + torque_bleed_.next(1e-3 * reach_mm * Yielding::kRate_n_per_s, input.dt_s);
+    return torque_nm_;
+}
+
 TickOutput SweptTool::tick(const TickInput& input) noexcept {
     State& s = state_;
     const TouchParameters& q = *input.parameters;
@@ -210,11 +233,13 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     if (geometry.touching || is_inside || s.proxy != hand)
         feel = contacts_.feel_at(s.proxy, push, q);
     TickOutput output = coupler_.couple(input, geometry, feel);
-    const bool yields = output.contact == Contact::yielding;
     if (geometry.touching && !geometry.lacks_data)
         lever_mm_ = lever_of(output.force_n);
-    if (geometry.touching || yields || geometry.lacks_data)
-        output.torque_nm = 1e-3 * glm::cross(lever_mm_, output.force_n);
+    const bool has_surface_changed =
+        geometry.was_replaced || geometry.lacks_data || before.is_submerged != s.is_submerged;
+    output.torque_nm = torque_of(input, glm::distance(input.tool.position_mm, tool_mm_),
+                                 has_surface_changed, output.force_n);
+    tool_mm_ = input.tool.position_mm;
     if (!geometry.lacks_data) {
         s.stamps = contacts_.stamps_about(s.proxy);
         return output;

@@ -65,7 +65,10 @@ class SweptTool final : public Algorithm {
         if (is_place(input.tool.position_mm))
             state_.proxy = input.tool.position_mm;
         coupler_.reset(state_.proxy);
-        lever_mm_ = dvec3(0.0);
+        lever_mm_ = torque_nm_ = dvec3(0.0);
+        torque_watch_s_ = 0.0;
+        torque_bleed_.forget();
+        tool_mm_ = state_.proxy;
     }
     TickOutput tick(const TickInput& input) noexcept override;
 
@@ -90,11 +93,16 @@ class SweptTool final : public Algorithm {
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
     void fall_behind(Course& c);
     dvec3 lever_of(dvec3 force_n) const;
+    dvec3 torque_of(const TickInput& input, double moved_mm, bool is_exchanged, dvec3 force_n);
 
     State state_;
     Coupler coupler_;
     ToolContacts contacts_;
-    dvec3 lever_mm_{0.0}; // of the contacts' force, when they were last asked
+    dvec3 lever_mm_{0.0};         // of the contacts' force, when they were last asked
+    dvec3 torque_nm_{0.0};        // of the last tick
+    double torque_watch_s_ = 0.0; // since what is felt was exchanged
+    Bleed torque_bleed_;          // of torque, Nm
+    dvec3 tool_mm_{0.0};          // of the last tick
 };
 
 } // namespace palpate::haptics::swept_tool

@@ -59,6 +59,7 @@ class ToolContacts {
     // How far points of the tool have moved about its origin since the tick before: it turned or
     // grew. Infinite where it is another.
     double reshaped_mm() const { return reshaped_mm_; }
+    double reach_mm() const { return reach_mm_; } // of its farthest point from its origin
     // Another number where what a tool at that place feels may have changed.
     uint64_t stamps_about(glm::dvec3 at_mm) const {
         return field_.stamps_about(at_mm, reach_samples_);

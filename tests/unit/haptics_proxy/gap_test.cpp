@@ -54,6 +54,8 @@ TEST(Gap, ForceFadesInBandsWithoutDataAndComesAgainByTheRateOfEdits) {
                     c.radius_mm = turn == 0 ? 2.5 : 1.0;
                 expect_faded(c);
             }
+    expect_faded({.algorithm = "swept-mesh", .tilt = 60.0, .azimuth = 30.0, .seed = 30});
+    expect_faded({.tilt = 80.0, .azimuth = 10.0, .hertz = 10000.0, .seed = 31});
 }
 
 TEST(Gap, PrintedAlgorithmsFadeToo) {

@@ -40,6 +40,12 @@ TEST(YieldSource, NoForceIsLargerThanT0WhereverItIsStated) {
                 expect_held_at_t0(c, scenes, most);
             }
         }
+    for (const char* algorithm : {"swept-tool", "swept-point", "swept-local", "swept-mesh"})
+        expect_held_at_t0({.algorithm = algorithm,
+                           .body = 1,
+                           .radius_mm = std::string_view(algorithm) == "swept-tool" ? 1.0 : 0.0,
+                           .hertz = 10000.0},
+                          scenes, most);
     fmt::print("largest force: {:.4f} T0\n", most);
 }
 
