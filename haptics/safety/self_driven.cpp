@@ -2,21 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace palpate::haptics {
 
 namespace {
 
-constexpr double kForget_s = 0.12; // one cycle of 8 Hz
+constexpr double kForget_s = 0.12; // a cycle of 8 Hz, the fastest that a hand makes by will
 constexpr double kPoint_s = 1e-3;  // between points, at least
-constexpr double kReach_s = 8e-3;  // of a difference, at least
-// A motion that counts: reversals of more than the speed, with more than the force, within a time.
-constexpr double kSpeed_m_per_s = 0.02, kForce_n = 0.18, kTurns_s = 0.5;
+constexpr double kReach_s = 8e-3;  // of a difference, at least: an eighth of a cycle of 16 Hz
+// A motion that counts: within a time, in which a cycle of 3 Hz has three reversals, above a speed
+// that tremor does not reach (limits.h), and with more force than half of a sine's of 1 N from peak
+// to peak; root mean squares.
+constexpr double kTurns_s = 0.5, kSpeed_m_per_s = 0.02, kForce_n = 0.18;
 constexpr double kBetter = 0.5;
-// A motion is driven where the fit leaves less than so much unexplained, and less than so much of
-// the power factor. Below: where it seems to be.
-constexpr double kPowerFactor = 0.05, kUnexplained = 0.04, kUnexplainedPower = 0.15;
+// A motion is driven where the fit gives more than so much of the power factor, and leaves less
+// than so much unexplained. The delay that fits best may be a neighbour of the true one. At 16 Hz
+// that turns the phase, and so the power factor, by 2 pi 16 kLag_s; what is faster reverses twice
+// as often as a hand, and is counted (stages.h). What may be left unexplained is measured, on the
+// first 2000 hands of limit_cycles_cases.h: with 0.04, three that tap by will were taken for
+// driven, with 0.035 one, and with 0.03 a loop of the grid there went on for 0.7 s.
+constexpr double kLag_s = 1e-3;
+constexpr double kPowerFactor = 2.0 * std::numbers::pi * 16.0 * kLag_s;
+constexpr double kUnexplained = 0.035, kUnexplainedPower = 0.15;
+// Below: where it seems to be. That is asked of a motion that reverses more often than a hand's by
+// will; at 8 Hz, swings of 2 mm have so much speed.
 constexpr double kSeemsPowerFactor = 0.03, kSeemsUnexplained = 0.15;
+constexpr double kSeemsSpeed_m_per_s = 2.0 * std::numbers::pi * 8.0 * 1e-3 / std::numbers::sqrt2;
 
 template <size_t N>
 using Matrix = std::array<std::array<double, N>, N>;
@@ -63,7 +75,7 @@ glm::dvec3 bend(const std::array<glm::dvec3, 3>& y, const std::array<double, 3>&
 SelfDriven::SelfDriven(double stated_delay_s) noexcept {
     lags_s_[0] = std::min(stated_delay_s, kMostStated_s);
     for (uint32_t i = 1; i < kLags; ++i)
-        lags_s_[i] = kMostDelay_s * (i - 1) / (kLags - 2);
+        lags_s_[i] = kLag_s * (i - 1);
     turns_s_.fill(-kTurns_s);
 }
 
@@ -117,7 +129,8 @@ bool SelfDriven::drives(glm::dvec3 position_m, glm::dvec3 held_n, double dt_s,
     if (fit_.mass_kg <= 0.0 || fit_.force_n < kForce_n || fit_.speed_m_per_s < kSpeed_m_per_s)
         return false;
     const double unexplained = 1.0 - fit_.explained;
-    seems_driven_ = unexplained < kSeemsUnexplained && fit_.power_factor > kSeemsPowerFactor;
+    seems_driven_ = unexplained < kSeemsUnexplained && fit_.power_factor > kSeemsPowerFactor &&
+                    fit_.speed_m_per_s > kSeemsSpeed_m_per_s;
     return fit_.power_factor > kPowerFactor &&
            unexplained < std::min(kUnexplained, kUnexplainedPower * fit_.power_factor);
 }

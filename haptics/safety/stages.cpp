@@ -127,7 +127,10 @@ bool Shaking::shakes(const SafetyLimits& limits, glm::dvec3 velocity_m_per_s, gl
     const double speed = glm::length(velocity_m_per_s);
     if (speed >= limits.shake_speed_m_per_s) {
         if (glm::dot(velocity_m_per_s, swing_m_per_s_) < 0.0) {
-            turns_ += force_n_ >= limits.shake_force_n;
+            const double swung = glm::length(swing_m_per_s_);
+            turns_ +=
+                force_n_ >= limits.shake_force_n && swung >= limits.shake_kept * before_m_per_s_[1];
+            before_m_per_s_ = {swung, before_m_per_s_[0]};
             force_n_ = glm::length(sent_n);
             swing_m_per_s_ = velocity_m_per_s;
         } else if (speed > glm::length(swing_m_per_s_)) {

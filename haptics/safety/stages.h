@@ -59,7 +59,9 @@ class SoftStart {
 };
 
 // 4 Recognises the limit cycle of a coupling that is too stiff for its device or its delay: a
-// motion under force that reverses more often than a hand can.
+// motion under force that reverses more often than a hand can. A swing that has lost much of the
+// speed of the one before it in the same direction is the ringing of a blow that dies away, as
+// where a hand taps, and does not count.
 class Shaking {
  public:
     bool shakes(const SafetyLimits& limits, glm::dvec3 velocity_m_per_s, glm::dvec3 sent_n,
@@ -68,7 +70,8 @@ class Shaking {
     double turns() const noexcept { return turns_; } // beyond a hand's
 
  private:
-    glm::dvec3 swing_m_per_s_{0.0};      // the fastest since the last reversal
+    glm::dvec3 swing_m_per_s_{0.0};          // the fastest since the last reversal
+    std::array<double, 2> before_m_per_s_{}; // of the last two swings, the newest first
     double force_n_ = 0.0, turns_ = 0.0; // the largest force since then; reversals beyond a hand's
 };
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <numbers>
+#include <type_traits>
 
 #include "haptics/device/simulated.h"
 #include "haptics/safety/chain.h"
@@ -17,6 +19,8 @@ struct LoopCase {
     const char* preset = "ideal";
     double rate_hz = 1000.0, delay_s = 0.0, stiffness_n_per_m = 1000.0, grip = 1.0;
     bool is_told = true;
+    const DevicePreset* device = nullptr; // another one than that of the name
+    const DevicePreset& of() const { return device ? *device : *find_device_preset(preset); }
 };
 inline std::ostream& operator<<(std::ostream& out, const LoopCase& c) {
     return out << c.preset << ' ' << c.rate_hz << " Hz, " << 1e3 * c.delay_s << " ms"
@@ -24,20 +28,38 @@ inline std::ostream& operator<<(std::ostream& out, const LoopCase& c) {
                << c.grip;
 }
 
-// Where the hand means to be along x, by a function of time: double(double).
+// Where the hand means to be by a function of time: along x, or anywhere.
 template <class Place>
 class HandAlong final : public HandSource {
  public:
     explicit HandAlong(Place place) : place_(place) {}
     Meant meant(double time_s) noexcept override {
         constexpr double kStep_s = 1e-5;
-        return {{place_(time_s), 0, 0},
-                {(place_(time_s + kStep_s) - place_(time_s - kStep_s)) / (2.0 * kStep_s), 0, 0}};
+        return {at(time_s), (at(time_s + kStep_s) - at(time_s - kStep_s)) / (2.0 * kStep_s)};
     }
     Held held(double) noexcept override { return {}; }
 
  private:
+    glm::dvec3 at(double time_s) const {
+        if constexpr (std::is_same_v<decltype(place_(time_s)), double>)
+            return {place_(time_s), 0, 0};
+        else
+            return place_(time_s);
+    }
     Place place_;
+};
+
+// What is solid: x > 0; or x above waves along y, which push a hand that slides by both axes.
+struct FlatWall {
+    glm::dvec3 force_n(glm::dvec3 x, double k) const { return {-k * std::max(0.0, x.x), 0, 0}; }
+};
+struct WavyWall {
+    double height_m, wave_m;
+    glm::dvec3 force_n(glm::dvec3 x, double k) const {
+        const double turn = 2.0 * std::numbers::pi / wave_m;
+        const double depth_m = std::max(0.0, x.x - height_m * std::sin(turn * x.y));
+        return k * depth_m * glm::dvec3(-1.0, height_m * turn * std::cos(turn * x.y), 0.0);
+    }
 };
 
 // Swings of the handle: from one turn to the next.
@@ -78,11 +100,11 @@ struct LoopResult {
     double most_n = 0.0;             // that was sent
 };
 
-// Solid is x > 0. The hand means nothing new from rests_s on.
-template <class Place>
+// The hand means nothing new from rests_s on.
+template <class Place, class Wall = FlatWall>
 LoopResult close_loop(const LoopCase& c, double length_s, double rests_s, Place place,
-                      double vibration_n = 0.0) {
-    DevicePreset preset = *find_device_preset(c.preset);
+                      double vibration_n = 0.0, Wall wall = {}) {
+    DevicePreset preset = c.of();
     preset.capabilities.rate_hz = c.rate_hz;
     preset.capabilities.delay_s = c.is_told ? c.delay_s : 0.0;
     SimulatedDevice device(preset, {.grip = c.grip}, std::make_shared<HandAlong<Place>>(place));
@@ -109,13 +131,12 @@ LoopResult close_loop(const LoopCase& c, double length_s, double rests_s, Place 
         deliver(now);
         const DeviceStatus status = device.read(now, sample);
         const SafetyChain::Begun begun = chain.begin(now, now, status, sample);
-        const double depth_m = std::max(0.0, begun.sample.position_m.x);
-        double force_n = -k * depth_m;
-        if (depth_m > 0.0 && vibration_n > 0.0) {
+        glm::dvec3 force_n = wall.force_n(begun.sample.position_m, k);
+        if (force_n.x < 0.0 && vibration_n > 0.0) {
             random = random * 6364136223846793005u + 1442695040888963407u;
-            force_n += vibration_n * (static_cast<double>(random >> 11) * 0x1p-52 - 1.0);
+            force_n.x += vibration_n * (static_cast<double>(random >> 11) * 0x1p-52 - 1.0);
         }
-        const Wrench sent = chain.finish({{force_n, 0, 0}, {}}, k);
+        const Wrench sent = chain.finish({force_n, {}}, k);
         under_way.emplace_back(now + delay_ns, sent);
         deliver(now);
         if (chain.latched() && result.fault_s < 0.0) {
@@ -158,8 +179,7 @@ inline LoopResult press_and_hold(const LoopCase& c, double length_s = 2.0) {
 }
 
 inline bool is_stiffer_than_its_maker_says(const LoopCase& c) {
-    return c.stiffness_n_per_m >
-           1.01 * find_device_preset(c.preset)->capabilities.max_stiffness_n_per_m;
+    return c.stiffness_n_per_m > 1.01 * c.of().capabilities.max_stiffness_n_per_m;
 }
 
 } // namespace palpate::haptics

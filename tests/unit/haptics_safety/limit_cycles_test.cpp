@@ -27,6 +27,31 @@ TEST(LimitCycles, QuickHandsAreLetBe) {
     for (uint64_t seed = 1; seed <= 30; ++seed)
         most_n = std::max(most_n, expect_it_is_let_be(quick_hand(seed)).most_n);
     EXPECT_GT(most_n, 3.0);
+    // Of the first 2000, hands that were once taken for a limit cycle: they tap, and the handle
+    // rings after each blow, or they tremble while a drill vibrates at 100 Hz.
+    for (const uint64_t seed : {135, 187, 443, 486, 521, 677, 831, 1024, 1491, 1895})
+        expect_it_is_let_be(quick_hand(seed));
+}
+
+// Blows, 4 a second, after which the handle rings at 20 Hz and loses 40 % of its speed in a period.
+TEST(Shaking, ABlowThatDiesAwayDoesNotCount) {
+    for (const bool dies : {true, false}) {
+        Shaking shaking;
+        double shakes_s = -1.0;
+        for (int tick = 0; tick < 5000 && shakes_s < 0.0; ++tick) {
+            const double t = 1e-3 * tick, since_s = 1e-3 * (tick % 250);
+            const double speed = 0.3 * (dies ? std::pow(0.6, 20.0 * since_s) : 1.0) *
+                                 std::sin(2.0 * std::numbers::pi * 20.0 * since_s);
+            if (shaking.shakes({}, {speed, 0, 0}, {2, 0, 0}, 1e-3))
+                shakes_s = t;
+        }
+        if (dies)
+            EXPECT_LT(shakes_s, 0.0);
+        else { // 40 turns a second are 24 beyond a hand's, of which 10 are enough
+            EXPECT_GT(shakes_s, 0.0);
+            EXPECT_LE(shakes_s, 10.0 / 24.0 + 0.05);
+        }
+    }
 }
 
 // The motion of a mass and a hand tells both, and the delay that the driver does not state.
