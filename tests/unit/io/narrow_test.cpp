@@ -67,6 +67,25 @@ TEST(Narrow, TakesTheSmallestTypeThatHoldsEveryValue) {
     EXPECT_EQ(type_of<int16_t>({0, 9}), ScalarType::u8);
 }
 
+// Slices are shared among threads, whose findings are joined: enough of them that some are.
+TEST(Narrow, CountsTheLeastAndLargestValueOfEverySlice) {
+    constexpr uint32_t kSlices = 64, kInSlice = 4096;
+    for (uint32_t z = 0; z < kSlices; ++z)
+        for (const int32_t extreme : {-300, 300}) {
+            std::vector<int32_t> values(size_t{kSlices} * kInSlice, 7);
+            values[size_t{z} * kInSlice] = extreme;
+            VoxelClaim claim;
+            claim.size = {kInSlice, 1, kSlices};
+            claim.type = ComponentType::i32;
+            Decoded decoded;
+            decoded.grid = make_grid(claim.size, {1, 1, 1});
+            const auto loaded = narrow("f", decoded, claim, std::as_bytes(std::span(values)),
+                                       VolumeKind::values, 1 << 30);
+            ASSERT_TRUE(loaded);
+            EXPECT_EQ(loaded->volume.type(), extreme < 0 ? ScalarType::i16 : ScalarType::u16) << z;
+        }
+}
+
 TEST(Narrow, KeepsValuesExactlyAndSaysNothing) {
     const auto loaded = narrowed<double>({-1000.0, 0.0, 1234.0, 3.0});
     ASSERT_TRUE(loaded);
