@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "engine/segment/pointwise.h"
+#include "engine/segment/threshold.h"
+#include "engine/volume/builder.h"
 #include "tests/unit/filter/twin.h"
 
 namespace palpate {
@@ -216,6 +218,15 @@ TEST(Pointwise, RowsOfTheTable) {
     const Volume u8 = twin::noise(v.grid(), ScalarType::u8);
     EXPECT_EQ(mask_bricks(u8, v, -9).error().message,
               "outside: expected a value of the type u8, found -9");
+}
+
+TEST(Threshold, BothEndsOfTheIntervalBelongToIt) {
+    const Volume volume = make_volume(make_grid({5, 1, 1}, glm::dvec3(1.0)), ScalarType::f32,
+                                      [](glm::uvec3 i) { return 0.5 * i.x; });
+    const Result<Volume> labels = threshold_labels(volume, {0.5, 1.5}, {});
+    ASSERT_TRUE(labels);
+    for (uint32_t x = 0; x < 5; ++x)
+        EXPECT_EQ(labels->value({x, 0, 0}), x >= 1 && x <= 3 ? 1.0f : 0.0f) << x;
 }
 
 } // namespace
