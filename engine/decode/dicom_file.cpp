@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "engine/base/printable.h"
 #include "engine/decode/dicom_codestream.h"
@@ -13,6 +14,7 @@
 #include "engine/decode/dicom_geometry.h"
 #include "engine/decode/dicom_marks.h"
 #include "engine/decode/dicom_mosaic.h"
+#include "engine/decode/dicom_source.h"
 #include "engine/decode/dicom_spacing.h"
 #include "engine/decode/dicom_structure.h"
 
@@ -70,13 +72,6 @@ std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed,
 
 constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
 constexpr const char* kPrivateBigEndian = "1.2.840.113619.5.2"; // of GE
-constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
-
-double most_expansion(const gdcm::TransferSyntax& syntax) {
-    if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian)
-        return kDeflateExpansion;
-    return syntax.IsEncapsulated() ? kCodecExpansion : kRawExpansion;
-}
 
 // Why an object is not read; empty where it is an image of one grey value a sample.
 std::string refusal_of(const DataSet& set, const std::string& kind, bool segmentation,
@@ -130,11 +125,18 @@ Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set
     return segmentation;
 }
 
+// The instance of which an image was made; empty where it states none, or several.
+std::string only_source_of(const DataSet& set) {
+    const DicomItems sources(set, Tag(0x0008, 0x2112));
+    const DicomItem source = sources.at(0);
+    return sources.size() == 1 ? text(*source, Tag(0x0008, 0x1155)) : std::string();
+}
+
 // GDCM fills what is cut off with something: finds it out beforehand. The pixels start at byte
 // `start`. Deflated files are checked by their own sum.
 Result<void> check_pixels(const DicomFile& file, double claimed_bytes) {
     const std::string name = file.path.string();
-    if (file.syntax == kDeflated)
+    if (file.deflated_at > 0)
         return {};
     if (file.pixels_at > file.bytes)
         return fail("{}: ends before its pixels", name);
@@ -179,7 +181,8 @@ void take_bits(const DicomFile& file, uint32_t high_bit, std::vector<char>& pixe
 Result<std::vector<char>> decode_pixels(const DicomFile& file) {
     const std::string name = file.path.string();
     gdcm::PixmapReader reader;
-    reader.SetFileName(file.path.c_str());
+    PALPATE_TRY(const auto stream, give_file(reader, file.path, file.deflated_at,
+                                             std::numeric_limits<uint64_t>::max()));
     if (!reader.Read())
         return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);
     const gdcm::Pixmap& image = reader.GetPixmap();
@@ -217,7 +220,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         is_floating(structure.pixel_element) ? structure.pixel_element : uint16_t{0x0010};
     const Tag pixels(kPixelGroup, pixel_element);
     gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
+    PALPATE_TRY(const auto stream,
+                give_file(reader, path, structure.deflated_at, structure.pixels_at));
     // Skipped, the pixels are not read: the stream then stands at their first byte.
     if (!reader.ReadUpToTag(pixels, {pixels}))
         return fail("{}: is no DICOM file, or a damaged one: no data set in transfer syntax '{}'",
@@ -236,9 +240,12 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.bytes = bytes;
     file.pixel_element = pixel_element;
     file.pixels_at = reader.GetStreamCurrentPosition();
-    file.syntax = syntax.GetString();
+    file.syntax = structure.deflated_at > 0 ? kDeflatedSyntax : syntax.GetString();
+    file.deflated_at = structure.deflated_at;
     file.encapsulated = syntax.IsEncapsulated();
-    file.most_expansion = most_expansion(syntax);
+    file.most_expansion = structure.deflated_at > 0 ? kDeflateExpansion
+                          : file.encapsulated       ? kCodecExpansion
+                                                    : kRawExpansion;
 
     DicomFrame frame;
     frame.file = path;
@@ -268,6 +275,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     take_other_spacing(set, frame);
     take_marks(set, frame.marks);
     frame.padding = padding_of(set, file);
+    if (text(set, Tag(0x0028, 0x2110)) == "01")
+        frame.lossless_uid = only_source_of(set);
     frame.inverted = text(set, Tag(0x0028, 0x0004)) == "MONOCHROME1";
     const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
     const double claimed = std::ceil(count * frame.size.x * frame.size.y * allocated / 8.0);
@@ -317,7 +326,8 @@ Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
 Result<std::vector<char>> read_dicom_bytes(const DicomFile& file) {
     const std::string name = file.path.string();
     gdcm::Reader reader;
-    reader.SetFileName(file.path.c_str());
+    PALPATE_TRY(const auto stream, give_file(reader, file.path, file.deflated_at,
+                                             std::numeric_limits<uint64_t>::max()));
     const gdcm::DataElement* found =
         reader.Read() ? element(reader.GetFile().GetDataSet(), Tag(kPixelGroup, file.pixel_element))
                       : nullptr;

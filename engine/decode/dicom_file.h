@@ -35,6 +35,7 @@ struct DicomFile {
     uint16_t pixel_element = 0x0010;  // (7fe0,xxxx): Pixel Data, or floating-point ones
     uint64_t pixels_at = 0;           // the byte at which the pixel data begins
     std::string syntax;               // UID of the transfer syntax
+    uint64_t deflated_at = 0;         // the byte at which a deflated data set begins; 0: none does
     bool encapsulated = false;        // the pixels are encoded, in items
     std::optional<glm::uvec2> mosaic; // size of the whole image where frames are tiles of one
     std::optional<Segmentation> segmentation;

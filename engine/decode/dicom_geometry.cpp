@@ -31,6 +31,7 @@ namespace {
 constexpr uint16_t kNuclear = 0x0054;
 const Tag kDetectorVector(kNuclear, 0x0020), kSliceVector(kNuclear, 0x0080);
 const Tag kVolumePosition(0x0020, 0x930e);
+const Tag kSliceLocations(0x0018, 0x2005), kFrameOffsets(0x3004, 0x000c);
 
 struct Vector {
     Tag tag;
@@ -59,7 +60,7 @@ std::vector<Tag> frame_increment(const DataSet& set) {
 }
 
 bool is_slice_increment(const Tag& tag) {
-    for (const Tag& slices : {kSliceVector, Tag(0x0018, 0x0088), Tag(0x0018, 0x2005),
+    for (const Tag& slices : {kSliceVector, kSliceLocations, kFrameOffsets, Tag(0x0018, 0x0088),
                               Tag(0x0020, 0x0032), Tag(0x0020, 0x1041)})
         if (tag == slices)
             return true;
@@ -135,6 +136,28 @@ std::optional<double> signed_step(const std::string& name, const DataSet& set,
     return thickness;
 }
 
+// How far each frame lies from the first along the normal, where a vector of the image states it
+// (SliceLocationVector, GridFrameOffsetVector): that which the frame increment names, or either of
+// an image whose increment names nothing. Empty where none does.
+Result<std::vector<double>> stated_offsets_mm(const std::string& name, const DataSet& set,
+                                              const std::vector<Tag>& increment, size_t count) {
+    for (const Tag& tag : {kSliceLocations, kFrameOffsets}) {
+        const bool is_named = std::find(increment.begin(), increment.end(), tag) != increment.end();
+        std::vector<double> along = decimals(set, tag);
+        if (along.empty() || !(is_named || increment.empty()))
+            continue;
+        if (along.size() != count)
+            return fail("{}: its {} has {} numbers for {} frames", name,
+                        tag == kSliceLocations ? "SliceLocationVector" : "GridFrameOffsetVector",
+                        along.size(), count);
+        const double first = along.front();
+        for (double& mm : along)
+            mm -= first;
+        return along;
+    }
+    return std::vector<double>();
+}
+
 // Places frames of which no functional group says where they lie.
 Result<void> place_classic(const std::string& name, const DataSet& set,
                            std::vector<DicomFrame>& frames, std::vector<std::string>& warnings) {
@@ -158,7 +181,10 @@ Result<void> place_classic(const std::string& name, const DataSet& set,
     const std::vector<Tag> increment = frame_increment(set);
     const bool in_time =
         !increment.empty() && std::none_of(increment.begin(), increment.end(), is_slice_increment);
-    if (slices != vectors.end() && frames.size() > 1 && !frames.front().position) {
+    PALPATE_TRY(std::vector<double> offsets_mm,
+                stated_offsets_mm(name, set, increment, frames.size()));
+    if ((slices != vectors.end() || !offsets_mm.empty()) && frames.size() > 1 &&
+        !frames.front().position) {
         warnings.push_back(name +
                            ": does not state the position of its slices; (0, 0, 0) mm is "
                            "assumed for the first");
@@ -167,22 +193,27 @@ Result<void> place_classic(const std::string& name, const DataSet& set,
     }
     if (frames.size() == 1 || !frames.front().position || in_time)
         return {};
-    const std::optional<double> step = signed_step(name, set, warnings);
-    if (!step)
-        return {};
+    bool against_normal = !offsets_mm.empty() && offsets_mm.back() < 0;
+    if (offsets_mm.empty()) {
+        const std::optional<double> step = signed_step(name, set, warnings);
+        if (!step)
+            return {};
+        against_normal = *step < 0;
+        for (size_t i = 0; i < frames.size(); ++i) {
+            if (slices != vectors.end() && slices->values[i] == 0)
+                return fail("{}: its SliceVector holds 0 for frame {}, expected numbers from 1",
+                            name, i);
+            offsets_mm.push_back(*step * (slices != vectors.end() ? slices->values[i] - 1.0
+                                                                  : static_cast<double>(i)));
+            frames[i].slice_step_mm = std::abs(*step);
+        }
+    }
     for (size_t i = 0; i < frames.size(); ++i) {
         DicomFrame& frame = frames[i];
-        if (!frame.position)
-            continue;
-        if (slices != vectors.end() && slices->values[i] == 0)
-            return fail("{}: its SliceVector holds 0 for frame {}, expected numbers from 1", name,
-                        i);
-        const double slice =
-            slices != vectors.end() ? slices->values[i] - 1.0 : static_cast<double>(i);
+        frame.against_normal = against_normal;
         const glm::dmat2x3 axes = frame.axes.value_or(glm::dmat2x3{{1, 0, 0}, {0, 1, 0}});
-        *frame.position += slice * *step * glm::cross(axes[0], axes[1]);
-        frame.slice_step_mm = std::abs(*step);
-        frame.against_normal = *step < 0;
+        if (frame.position)
+            *frame.position += offsets_mm[i] * glm::cross(axes[0], axes[1]);
     }
     return {};
 }

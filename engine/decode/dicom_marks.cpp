@@ -16,6 +16,8 @@ using gdcm::Tag;
 // GE raises b-values by 1e9 to mark some; those of scanners stay far below this.
 constexpr double kMostBValue = 1e5;
 
+const Tag kDirection(0x0018, 0x9089); // DiffusionGradientOrientation
+
 template <class T>
 std::optional<double> first_number(const DataSet& set, Tag tag) {
     const std::vector<T> all = numbers<T>(set, tag);
@@ -41,8 +43,23 @@ std::optional<double> private_b_value(const DataSet& set) {
     return {};
 }
 
-void take_gradient(const DataSet& set, FrameMarks& marks) {
-    const std::vector<double> along = numbers<double>(set, Tag(0x0018, 0x9089));
+// The direction of diffusion in private elements: three numbers, or a number in each of three.
+std::vector<double> private_gradient(const DataSet& set) {
+    if (const auto tag = private_tag(set, 0x0019, "SIEMENS MR HEADER", 0x0e))
+        return numbers<double>(set, *tag);
+    std::vector<double> along;
+    for (const uint8_t number : {0xbb, 0xbc, 0xbd})
+        if (const auto tag = private_tag(set, 0x0019, "GEMS_ACQU_01", number))
+            if (const auto value = decimal(set, *tag))
+                along.push_back(*value);
+    for (const uint8_t number : {0xb0, 0xb1, 0xb2})
+        if (const auto tag = private_tag(set, 0x2005, "Philips MR Imaging DD 001", number))
+            if (const auto value = first_number<float>(set, *tag))
+                along.push_back(*value);
+    return along;
+}
+
+void take_gradient(const std::vector<double>& along, FrameMarks& marks) {
     for (size_t i = 0; along.size() == 3 && i < 3; ++i)
         if (std::isfinite(along[i]))
             marks.values[static_cast<size_t>(FrameKey::gradient_x) + i] = along[i];
@@ -98,7 +115,8 @@ void take_marks(const DataSet& set, FrameMarks& marks) {
     take(decimal(set, Tag(0x0018, 0x0081)), FrameKey::echo_time_ms, marks);
     take(private_b_value(set), FrameKey::b_value, marks);
     take(first_number<double>(set, Tag(0x0018, 0x9087)), FrameKey::b_value, marks);
-    take_gradient(set, marks);
+    take_gradient(private_gradient(set), marks);
+    take_gradient(numbers<double>(set, kDirection), marks);
     take(decimal(set, Tag(0x0020, 0x0012)), FrameKey::acquisition_number, marks);
     take(decimal(set, Tag(0x0018, 0x0086)), FrameKey::echo_number, marks);
     take(decimal(set, Tag(0x0018, 0x0082)), FrameKey::inversion_time_ms, marks);
@@ -145,7 +163,7 @@ void take_group_marks(const DataSet& groups, FrameMarks& marks) {
             take(first_number<double>(*group, place.element), place.key, marks);
     if (const DicomItem diffusion = first_item(groups, Tag(0x0018, 0x9117)))
         if (const DicomItem direction = first_item(*diffusion, Tag(0x0018, 0x9076)))
-            take_gradient(*direction, marks);
+            take_gradient(numbers<double>(*direction, kDirection), marks);
     if (const DicomItem type = first_item(groups, Tag(0x0018, 0x9226)))
         if (const std::string stated = text(*type, Tag(0x0008, 0x9007)); !stated.empty())
             marks.image_type = stated;

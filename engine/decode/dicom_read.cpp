@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -112,6 +114,49 @@ Failures resample_pixels(const Files& files, const DicomStack& stack, std::span<
         failures.emplace(last, made.error().message);
     return failures;
 }
+
+// Tells whether the samples of two images are the same, value by value. The file that it read last
+// for either of the two is kept.
+class SampleComparison {
+ public:
+    SampleComparison(const Files& files, const VoxelSink& sink) : files_(files), sink_(sink) {}
+
+    bool operator()(const DicomFrame& a, const DicomFrame& b) {
+        return a.size == b.size && a.rescale == b.rescale && a.inverted == b.inverted &&
+               values_of(a, kept_[0]) && values_of(b, kept_[1]) &&
+               std::memcmp(kept_[0].values.data(), kept_[1].values.data(),
+                           kept_[0].values.size() * sizeof(double)) == 0;
+    }
+
+ private:
+    struct Kept {
+        fs::path file;
+        std::vector<char> pixels;
+        std::vector<double> values; // of one frame
+    };
+
+    // False where its codec does not decode the file.
+    bool values_of(const DicomFrame& frame, Kept& kept) {
+        const DicomFile& file = files_.at(frame.file);
+        if (kept.file != frame.file) {
+            sink_.alive(frame.file);
+            Result<std::vector<char>> pixels = read_dicom_pixels(file);
+            sink_.alive();
+            if (!pixels)
+                return false;
+            kept.file = frame.file;
+            kept.pixels = std::move(*pixels);
+        }
+        kept.values.resize(size_t{frame.size.x} * frame.size.y);
+        copy_frame(file, kept.pixels, frame.frame, ComponentType::f64,
+                   std::as_writable_bytes(std::span(kept.values)));
+        return true;
+    }
+
+    const Files& files_;
+    const VoxelSink& sink_;
+    std::array<Kept, 2> kept_;
+};
 
 // The images of the chosen series that have another size or orientation.
 std::vector<DicomFrame> other_planes(const std::vector<DicomSeries>& all, size_t chosen) {
@@ -272,7 +317,9 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
         decoded.heeded_resample_slices = true;
         decoded.warnings = found->warnings;
         decoded.warnings.insert(decoded.warnings.end(), warnings.begin(), warnings.end());
-        Result<DicomStack> stack = make_stack(request, series, found->damaged, left_out);
+        SampleComparison comparison(found->files, sink);
+        Result<DicomStack> stack =
+            make_stack(request, series, found->damaged, left_out, std::ref(comparison));
         if (!stack)
             return fail("{}{}{}", stack.error().message,
                         found->damaged > 0 ? "; " + found->warnings.back() : "",

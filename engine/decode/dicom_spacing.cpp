@@ -80,12 +80,24 @@ std::optional<double> whole_number(const DataSet& set, Tag tag, const DicomFile&
 void take_other_spacing(const DataSet& set, DicomFrame& frame) {
     if (frame.spacing_mm)
         return;
-    const std::vector<double> detector = decimals(set, Tag(0x0018, 0x1164));
-    if (detector.size() == 2 && detector[0] > 0 && detector[1] > 0) {
-        frame.spacing_mm = glm::dvec2(detector[1], detector[0]); // between columns, between rows
-        frame.spacing_words =
-            "the pixel spacing is that at the detector (Imager Pixel Spacing); lengths in the "
-            "patient are shorter by the magnification";
+    struct Other {
+        Tag tag;
+        const char* words;
+    };
+    const Other others[] = {
+        {Tag(0x0018, 0x1164),
+         "the pixel spacing is that at the detector (Imager Pixel Spacing); lengths in the "
+         "patient are shorter by the magnification"},
+        {Tag(0x0018, 0x2010),
+         "the pixel spacing is that of the film (Nominal Scanned Pixel Spacing); lengths in the "
+         "patient are shorter by the magnification"},
+    };
+    for (const Other& other : others) {
+        const std::vector<double> stated = decimals(set, other.tag);
+        if (stated.size() != 2 || !(stated[0] > 0) || !(stated[1] > 0))
+            continue;
+        frame.spacing_mm = glm::dvec2(stated[1], stated[0]); // between columns, between rows
+        frame.spacing_words = other.words;
         return;
     }
     take_ultrasound_spacing(set, frame);

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 
+#include "engine/decode/dicom_copies.h"
 #include "engine/decode/dicom_fit.h"
 #include "engine/decode/dicom_places.h"
 #include "engine/decode/frame_order.h"
@@ -15,24 +16,8 @@ namespace {
 
 // Lengths that differ from 1 by more, or cosines between axes, are no noise.
 constexpr double kMostLength = 5e-3, kMostCosine = 0.0447; // 2.6 degrees
-
-void drop_copies(const std::string& name, std::vector<DicomFrame>& frames,
-                 std::vector<std::string>& warnings) {
-    std::map<std::pair<std::string, uint32_t>, std::string> seen;
-    std::string example;
-    const size_t before = frames.size();
-    std::erase_if(frames, [&](const DicomFrame& frame) {
-        if (frame.instance_uid.empty())
-            return false;
-        const auto [at, is_new] = seen.try_emplace({frame.instance_uid, frame.frame}, leaf(frame));
-        if (!is_new && example.empty())
-            example = fmt::format("{} repeats {}", leaf(frame), at->second);
-        return !is_new;
-    });
-    if (frames.size() < before)
-        warnings.push_back(fmt::format("{}: {} images are there twice ({}); one of each is read",
-                                       name, before - frames.size(), example));
-}
+// Positions of images at one place differ by no more, nor by more of the distance between places.
+constexpr double kMostNoiseMm = 0.1, kNoiseOfStep = 0.1;
 
 bool are_unit_vectors_at_right_angles(const glm::dmat2x3& axes) {
     return std::abs(glm::length(axes[0]) - 1) <= kMostLength &&
@@ -44,31 +29,75 @@ double along_normal(const DicomFrame& frame, glm::dvec3 normal) {
     return glm::dot(*frame.position, normal);
 }
 
-// Several images at each position are frames of a 4-D series: keeps the one asked for.
-Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal, DicomStack& stack) {
-    std::vector<DicomFrame>& frames = stack.frames;
-    std::vector<std::vector<DicomFrame>> places;
-    for (DicomFrame& frame : frames) {
-        if (places.empty() ||
-            along_normal(frame, normal) - along_normal(places.back().front(), normal) >
-                kPositionRoundingMm)
-            places.emplace_back();
-        places.back().push_back(std::move(frame));
-    }
-    for (const auto& place : places)
-        if (place.size() != places.front().size()) {
-            const auto& more = place.size() > places.front().size() ? place : places.front();
-            return fail(
-                "{}: duplicate positions: {} and {} lie both at {:.3f} mm along the "
-                "normal, while other positions have another number of images",
-                request.path.string(), leaf(more[0]), leaf(more[1]), along_normal(more[0], normal));
+bool are_even(const std::vector<std::vector<DicomFrame>>& places) {
+    return std::all_of(places.begin(), places.end(),
+                       [&](const auto& place) { return place.size() == places.front().size(); });
+}
+
+// How many images lie at each place, where their depths, which rise, differ by noise; else 1.
+size_t images_at_each_place(const std::vector<double>& along_mm) {
+    for (size_t each = 2; each <= along_mm.size() / 2; ++each) {
+        if (along_mm.size() % each != 0)
+            continue;
+        double widest = 0, closest = std::numeric_limits<double>::max();
+        for (size_t first = 0; first < along_mm.size(); first += each) {
+            widest = std::max(widest, along_mm[first + each - 1] - along_mm[first]);
+            if (first > 0)
+                closest = std::min(closest, along_mm[first] - along_mm[first - 1]);
         }
-    const auto count = static_cast<uint32_t>(places.front().size());
-    if (count > 1) {
-        PALPATE_TRY(const std::string order, order_frames(request.path.string(), places));
-        stack.notes.push_back(
-            fmt::format("{}: frames are ordered by {}", request.path.string(), order));
+        if (widest <= std::min(kMostNoiseMm, kNoiseOfStep * closest))
+            return each;
     }
+    return 1;
+}
+
+// Puts sorted images that lie at one place together.
+std::vector<std::vector<DicomFrame>> group_places(const std::vector<DicomFrame>& frames,
+                                                  glm::dvec3 normal) {
+    std::vector<double> along_mm;
+    std::vector<std::vector<DicomFrame>> places;
+    for (const DicomFrame& frame : frames) {
+        const double here = along_normal(frame, normal);
+        if (places.empty() || here - along_mm.back() > kPositionRoundingMm)
+            places.emplace_back();
+        places.back().push_back(frame);
+        along_mm.push_back(here);
+    }
+    if (are_even(places) && places.front().size() > 1)
+        return places;
+    const size_t each = images_at_each_place(along_mm);
+    if (each == 1)
+        return places;
+    places.clear();
+    for (auto first = frames.begin(); first != frames.end();
+         first += static_cast<std::ptrdiff_t>(each))
+        places.emplace_back(first, first + static_cast<std::ptrdiff_t>(each));
+    return places;
+}
+
+// Several images at each position are frames of a 4-D series: keeps the one asked for.
+Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal,
+                        const SameSamples& same_samples, DicomStack& stack) {
+    const std::string name = request.path.string();
+    std::vector<DicomFrame>& frames = stack.frames;
+    std::vector<std::vector<DicomFrame>> places = group_places(frames, normal);
+    const auto duplicates = [&]() -> Result<std::string> {
+        const auto more =
+            std::max_element(places.begin(), places.end(),
+                             [](const auto& a, const auto& b) { return a.size() < b.size(); });
+        return fail(
+            "{}: duplicate positions: {} and {} lie both at {:.3f} mm along the "
+            "normal, while other positions have another number of images",
+            name, leaf((*more)[0]), leaf((*more)[1]), along_normal((*more)[0], normal));
+    };
+    if (!are_even(places) || places.front().size() > 1) {
+        Result<std::string> order = are_even(places) ? order_frames(name, places) : duplicates();
+        if (order)
+            stack.notes.push_back(fmt::format("{}: frames are ordered by {}", name, *order));
+        else if (!same_samples || !drop_equal_images(name, places, same_samples, stack.warnings))
+            return pass_on(order);
+    }
+    const auto count = static_cast<uint32_t>(places.front().size());
     PALPATE_TRY(const uint32_t chosen, choose_frame(request, count, stack.warnings));
     frames.clear();
     for (auto& place : places)
@@ -140,7 +169,8 @@ void assume_what_is_absent(const std::string& name, const DicomFrame& first, siz
 } // namespace
 
 Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged,
-                              const std::vector<DicomFrame>& left_out) {
+                              const std::vector<DicomFrame>& left_out,
+                              const SameSamples& same_samples) {
     const std::string name = request.path.string();
     DicomStack stack;
     std::vector<DicomFrame>& frames = stack.frames = std::move(series.frames);
@@ -159,7 +189,7 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
                       : a.instance_number < b.instance_number;
     });
     if (placed) {
-        PALPATE_TRY(keep_frame(request, normal, stack));
+        PALPATE_TRY(keep_frame(request, normal, same_samples, stack));
     } else if (frames.size() > 1 && frames[0].file == frames[1].file) {
         // Frames of one file without places are frames in time.
         const auto count = static_cast<uint32_t>(frames.size());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <glm/glm.hpp>
 #include <optional>
 #include <string>
@@ -38,7 +39,12 @@ struct DicomFrame {
     FrameMarks marks;
     StoredRange padding;   // stored values without data
     bool inverted = false; // MONOCHROME1: small values are bright
+    // The instance of which this image is a version that lost detail in compression; empty: none.
+    std::string lossless_uid;
 };
+
+// Whether the samples of two images are the same.
+using SameSamples = std::function<bool(const DicomFrame&, const DicomFrame&)>;
 
 // Images of one series, in the order in which they fill a volume.
 struct DicomStack {
@@ -92,10 +98,15 @@ std::vector<std::string> list_series(const std::vector<DicomSeries>& all,
 // stack, and those that `left_out` explains: images of the series in another plane. It then has
 // frames without a file in their places (dicom_places.h).
 //
+// Copies are left out with a warning: images of one instance, versions that lost detail in
+// compression beside the image they were made of, and images of other instances at the same place
+// whose samples are the same, where without them one image is left at each place.
+//
 // With request.resample_slices, uneven and tilted stacks get an upright grid of even spacing, to
 // which their images are to be resampled. The spacing is the smallest that occurs between three or
 // more slices in a row, made to fit between the first and the last; the grid holds all images.
 Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged = 0,
-                              const std::vector<DicomFrame>& left_out = {});
+                              const std::vector<DicomFrame>& left_out = {},
+                              const SameSamples& same_samples = {});
 
 } // namespace palpate::io

@@ -108,6 +108,7 @@ class Walk {
     }
 
     uint16_t pixel_element() const { return pixel_element_; }
+    uint64_t pixels_at() const { return pixel_element_ == 0 ? input_.at() : pixels_at_; }
 
     Fault read_head(uint64_t end, bool implicit, Head& head) {
         head.at = input_.at();
@@ -151,8 +152,10 @@ class Walk {
     Fault value(const Head& head, uint64_t end, bool implicit, int depth) {
         const bool pixels = head.is(0x7fe0, 0x0010);
         const bool any_pixels = pixels || head.is(0x7fe0, 0x0008) || head.is(0x7fe0, 0x0009);
-        if (any_pixels && depth == 0)
+        if (any_pixels && depth == 0) {
             pixel_element_ = head.number;
+            pixels_at_ = input_.at();
+        }
         const bool open = head.length == kUndefined;
         if (open) {
             if (pixels && (head.vr == "OB" || head.vr == "OW" || head.vr.empty()))
@@ -209,6 +212,7 @@ class Walk {
     bool big_endian_;
     uint64_t seen_ = 0;
     uint16_t pixel_element_ = 0;
+    uint64_t pixels_at_ = 0;
 };
 
 // Where the data set begins and how it is written.
@@ -258,12 +262,13 @@ Form form_of(const std::string& syntax) {
 }
 
 Result<Fault> walk_data(const std::filesystem::path& path, Packing packing, uint64_t start,
-                        uint64_t end, Form form, uint16_t& pixel_element) {
+                        uint64_t end, Form form, DicomStructure& found) {
     PALPATE_TRY(ByteSource source, ByteSource::open(path, packing, start));
     Input input(std::move(source), packing == Packing::none ? start : 0);
     Walk walk(input, form);
     Fault fault = walk.elements(end, false, form == Form::implicit_little, 0);
-    pixel_element = walk.pixel_element();
+    found.pixel_element = walk.pixel_element();
+    found.pixels_at = walk.pixels_at();
     return fault;
 }
 
@@ -275,23 +280,23 @@ Result<DicomStructure> check_structure(const std::filesystem::path& path) {
     Input input(std::move(source), 0);
     Meta meta;
     Fault fault = read_meta(input, bytes, meta);
-    uint16_t pixel_element = 0;
+    DicomStructure found;
     if (fault.empty()) {
         Packing packing = Packing::none;
         uint64_t end = bytes;
-        if (meta.syntax == "1.2.840.10008.1.2.1.99") { // how long it is comes from a first pass
+        if (meta.syntax == kDeflatedSyntax) { // how long it is comes from a first pass
             packing = Packing::bare_deflate;
             PALPATE_TRY(ByteSource packed, ByteSource::open(path, packing, meta.data_at));
             PALPATE_TRY(end, packed.skip(std::numeric_limits<uint64_t>::max()));
+            found.deflated_at = meta.data_at;
         }
         const Form form =
             meta.syntax.empty() ? guessed_form(input.look(kHeadBytes)) : form_of(meta.syntax);
-        PALPATE_TRY(fault, walk_data(path, packing, meta.data_at, end, form, pixel_element));
+        PALPATE_TRY(fault, walk_data(path, packing, meta.data_at, end, form, found));
         if (!fault.empty() && form != Form::explicit_big) { // some name the other of the two
             const Form other =
                 form == Form::implicit_little ? Form::explicit_little : Form::implicit_little;
-            const Result<Fault> walked =
-                walk_data(path, packing, meta.data_at, end, other, pixel_element);
+            const Result<Fault> walked = walk_data(path, packing, meta.data_at, end, other, found);
             if (walked && walked->empty())
                 fault.clear();
         }
@@ -299,7 +304,8 @@ Result<DicomStructure> check_structure(const std::filesystem::path& path) {
     if (!fault.empty())
         return fail("{}: is {}: {}", path.string(),
                     meta.has_preamble ? "damaged" : "no DICOM file, or a damaged one", fault);
-    return DicomStructure{meta.syntax, pixel_element};
+    found.syntax = meta.syntax;
+    return found;
 }
 
 } // namespace palpate::io

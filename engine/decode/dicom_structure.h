@@ -17,9 +17,14 @@ namespace palpate::io {
 //
 // An error names the file, the tag and the byte at which the element begins (of the data set, where
 // it is deflated).
+constexpr const char* kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
+constexpr const char* kExplicitSyntax = "1.2.840.10008.1.2.1"; // little-endian
+
 struct DicomStructure {
     std::string syntax;         // UID of the transfer syntax; empty where the file states none
     uint16_t pixel_element = 0; // (7fe0,xxxx) of the pixel data: 0008, 0009 or 0010; 0: none
+    uint64_t deflated_at = 0;   // the byte at which a deflated data set begins; 0: none does
+    uint64_t pixels_at = 0; // the byte of the data set at which the pixel data begins, or its end
 };
 Result<DicomStructure> check_structure(const std::filesystem::path& path);
 

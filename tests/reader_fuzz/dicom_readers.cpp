@@ -8,6 +8,7 @@
 
 #include "tests/reader_fuzz/harness.h"
 #include "tests/unit/io/dicom_bytes.h"
+#include "tests/unit/io/frame_truth.h"
 #include "tests/unit/io_formats/decode_here.h"
 
 namespace palpate::fuzz {
@@ -43,6 +44,12 @@ DicomData one_position() {
     DicomData data = frames();
     test::place(data, "1\\2\\3", kAxes, "1\\1");
     return data.put(0x18, 0x88, "DS", "1.5").put(0x18, 0x50, "DS", "1.5");
+}
+
+DicomData offsets() {
+    DicomData data = one_position().erase(0x18, 0x88);
+    data.put_words(0x28, 9, {0x18, 0x2005}, "AT");
+    return data.put(0x18, 0x2005, "DS", "0\\2\\4\\6\\8\\10");
 }
 
 // An ultrasound volume, or another enhanced image, whose frames differ in echo time and time.
@@ -130,6 +137,12 @@ std::vector<Reader> dicom_readers() {
         {"DicomNuclear", "a.dcm", in_every_encoding(nuclear(), "1.2.840.10008.5.1.4.1.1.20"),
          read_here},
         {"DicomOnePosition", "a.dcm", in_every_encoding(one_position(), test::kCtClass), read_here},
+        {"DicomOffsets", "a.dcm", in_every_encoding(offsets(), test::kCtClass), read_here},
+        {"DicomDeflatedGroups",
+         "a.dcm",
+         {grouped(false).file("1.2.840.10008.5.1.4.1.1.4.1", "1.2.3", {}, Encoding{false, true})},
+         read_here,
+         test::deflated_file},
         {"DicomEnhanced", "a.dcm", in_every_encoding(grouped(false), "1.2.840.10008.5.1.4.1.1.4.1"),
          read_here},
         {"DicomVolume", "a.dcm", in_every_encoding(grouped(true), "1.2.840.10008.5.1.4.1.1.6.2"),

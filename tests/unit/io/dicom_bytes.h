@@ -25,7 +25,8 @@ constexpr const char* kJpeg2000Lossless = "1.2.840.10008.1.2.4.90";
 struct Encoding {
     bool implicit = false;
     bool delimited = false;
-    bool unknown = false; // explicit, but sequences are UN and implicit within (PS3.5 6.2.2)
+    bool unknown = false;  // explicit, but sequences are UN and implicit within (PS3.5 6.2.2)
+    bool deflated = false; // explicit; by those who write through deflated_file()
 };
 
 // The encoding of files for which a test names none.
@@ -42,7 +43,9 @@ inline auto every_encoding() {
                            Encoding{true, true});
 }
 inline std::string encoding_name(const testing::TestParamInfo<Encoding>& info) {
-    return std::string(info.param.implicit ? "Implicit" : "Explicit") +
+    return std::string(info.param.deflated   ? "Deflated"
+                       : info.param.implicit ? "Implicit"
+                                             : "Explicit") +
            (info.param.delimited ? "Delimited" : "Stated");
 }
 

@@ -334,16 +334,20 @@ TEST_F(DicomSpacing, OfUltrasoundRegionsThatDifferIsNotTaken) {
     EXPECT_THAT(stated.warnings, Not(Contains(HasSubstr("region"))));
 }
 
-TEST_F(DicomSpacing, AtTheDetectorIsTakenWithAWarning) {
-    DicomData data = image_at(0, 16, 16, false);
-    data.put(0x18, 0x1164, "DS", "0.2\\0.1");
-    const LoadedVolume image = plain_image(data);
-    EXPECT_NEAR(spacing_mm(image.volume.grid()).x, 0.1, 1e-12);
-    EXPECT_NEAR(spacing_mm(image.volume.grid()).y, 0.2, 1e-12);
-    EXPECT_THAT(image.warnings, Contains(HasSubstr("at the detector")));
-    const LoadedVolume both = plain_image(with_spacing(data));
-    EXPECT_EQ(spacing_mm(both.volume.grid()).x, 1.0);
-    EXPECT_THAT(both.warnings, Not(Contains(HasSubstr("detector"))));
+TEST_F(DicomSpacing, AtTheDetectorOrOnTheFilmIsTakenWithAWarning) {
+    const std::pair<uint16_t, const char*> elements[] = {{0x1164, "at the detector"},
+                                                         {0x2010, "of the film"}};
+    for (const auto& [number, words] : elements) {
+        DicomData data = image_at(0, 16, 16, false);
+        data.put(0x18, number, "DS", "0.2\\0.1");
+        const LoadedVolume image = plain_image(data);
+        EXPECT_NEAR(spacing_mm(image.volume.grid()).x, 0.1, 1e-12);
+        EXPECT_NEAR(spacing_mm(image.volume.grid()).y, 0.2, 1e-12);
+        EXPECT_THAT(image.warnings, Contains(HasSubstr(words)));
+        const LoadedVolume both = plain_image(with_spacing(data));
+        EXPECT_EQ(spacing_mm(both.volume.grid()).x, 1.0);
+        EXPECT_THAT(both.warnings, Not(Contains(HasSubstr(words))));
+    }
 }
 
 } // namespace

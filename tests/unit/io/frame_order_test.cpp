@@ -185,6 +185,49 @@ TEST(FrameOrder, HeedsEchoesAndBValuesBesideATime) {
                       HasSubstr("do not go together")));
 }
 
+// Positions of one place that differ by noise, within and beyond the rounding of one place.
+TEST(FrameOrder, HoldsForPositionsWithNoise) {
+    for (const double noise_mm : {0.003, 0.006, 0.02, 0.04})
+        for (uint32_t seed = 0; seed < 4; ++seed) {
+            SCOPED_TRACE(fmt::format("{} mm, seed {}", noise_mm, seed));
+            Random random(seed);
+            std::vector<DicomFrame> images =
+                series(random, [](FrameMarks& marks, size_t, size_t t) {
+                    marks[FrameKey::echo_time_ms] = 2.0 + static_cast<double>(t);
+                });
+            for (DicomFrame& image : images)
+                for (int i = 0; i < 3; ++i)
+                    (*image.position)[i] += noise_mm * (2.0 * below(random, 1001) / 1000 - 1);
+            for (uint32_t t = 0; t < kFrames; ++t) {
+                const auto stack = make_stack({.path = "folder", .frame = t}, {"", "", "", images});
+                ASSERT_TRUE(stack) << stack.error().message;
+                ASSERT_EQ(stack->frames.size(), kPlaces);
+                for (const DicomFrame& image : stack->frames)
+                    EXPECT_EQ(image.rescale.intercept, t);
+                // A line through points off by noise passes no sample by more than three times it.
+                const glm::dmat4& world = stack->grid.world_from_index;
+                for (size_t k = 0; k < kPlaces; ++k)
+                    EXPECT_LT(glm::distance(glm::dvec3(world * glm::dvec4(0, 0, k, 1)),
+                                            glm::dvec3(-7, 8, 10 + 3.0 * static_cast<double>(k))),
+                              3 * noise_mm * std::sqrt(3.0));
+            }
+        }
+}
+
+// Thin slices in pairs, as of lungs at high resolution, are slices.
+TEST(FrameOrder, PairsOfThinSlicesAreNoFrames) {
+    Random random(1);
+    std::vector<DicomFrame> images = series(
+        random,
+        [](FrameMarks& marks, size_t place, size_t t) {
+            marks[FrameKey::acquisition_time_s] = static_cast<double>(2 * place + t);
+        },
+        2);
+    for (DicomFrame& image : images)
+        image.position->z = 4 * (image.position->z - 10) + 0.5 * image.rescale.intercept;
+    EXPECT_THAT(error_of(images), HasSubstr("gap"));
+}
+
 TEST(FrameOrder, IsRefusedWhereNothingTellsImagesApart) {
     for (uint32_t seed = 0; seed < 3; ++seed) {
         Random random(seed);
