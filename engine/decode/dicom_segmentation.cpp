@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "engine/decode/overlap_words.h"
+
 namespace palpate::io {
 
 namespace {
@@ -17,7 +19,6 @@ namespace {
 constexpr double kMostSlices = 4096;
 constexpr double kMostSlicesPerPlace = 64;
 constexpr double kOnLattice = 0.05; // of a step; what positions may be off
-constexpr size_t kMostPairsInWords = 8;
 
 // Where the frames lie: frame i fills slice slice_of[i] of the grid.
 struct Placed {
@@ -119,8 +120,6 @@ void unpack_frame(const DicomFile& file, const std::vector<char>& pixels, bool b
         }
     }
 }
-
-using Overlaps = std::map<std::pair<uint32_t, uint32_t>, uint64_t>;
 
 // Counts the samples that two segments share, for every pair of them: a sample in three segments
 // counts in three pairs. Frames come slice by slice.
@@ -230,17 +229,10 @@ void warn_of_overlaps(const std::string& name, const Segmentation& segmentation,
                       const Overlaps& overlaps, std::vector<std::string>& warnings) {
     if (overlaps.empty())
         return;
-    std::string pairs;
-    size_t listed = 0;
-    for (const auto& [pair, samples] : overlaps)
-        if (listed++ < kMostPairsInWords)
-            pairs += fmt::format("{}{} and {} in {} samples", pairs.empty() ? "" : ", ",
-                                 segment_words(segmentation, pair.first),
-                                 segment_words(segmentation, pair.second), samples);
-    if (listed > kMostPairsInWords)
-        pairs += fmt::format(", and {} more pairs", listed - kMostPairsInWords);
     warnings.push_back(fmt::format(
-        "{}: segments overlap: {}; {}", name, pairs,
+        "{}: segments overlap: {}; {}", name,
+        overlap_words(overlaps,
+                      [&](uint32_t number) { return segment_words(segmentation, number); }),
         segmentation.kind == SegmentationKind::fractional
             ? "the one with the larger share is kept, of equals the one with the higher number"
             : "the one with the higher number is kept"));

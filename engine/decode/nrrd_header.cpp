@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "engine/decode/file_list.h"
 #include "engine/decode/length_units.h"
@@ -11,6 +12,8 @@
 namespace palpate::io {
 
 namespace {
+
+constexpr int64_t kMostSegmentNumber = 1 << 20;
 
 using Fields = std::map<std::string, std::string, std::less<>>;
 
@@ -78,16 +81,31 @@ std::string usual_name(std::string name) {
 // Keys and values of the user's own.
 using Keys = std::map<std::string, std::string, std::less<>>;
 
+// The numbers that keys such as "Segment12_ID" give segments; some writers leave gaps.
+std::set<uint32_t> segment_numbers(const Keys& keys) {
+    constexpr std::string_view start = "Segment";
+    std::set<uint32_t> numbers;
+    for (auto at = keys.lower_bound(start); at != keys.end() && at->first.starts_with(start);
+         ++at) {
+        const std::string_view rest = std::string_view(at->first).substr(start.size());
+        const std::string_view digits = rest.substr(0, rest.find('_'));
+        const std::optional<int64_t> number = parse_integer(digits);
+        const std::string_view what = rest.substr(std::min(digits.size() + 1, rest.size()));
+        if (number && *number >= 0 && *number <= kMostSegmentNumber &&
+            (what == "ID" || what == "Name" || what == "LabelValue") && !at->second.empty())
+            numbers.insert(static_cast<uint32_t>(*number));
+    }
+    return numbers;
+}
+
 // The segments of 3D Slicer.
 std::vector<NrrdHeader::Segment> segments_of(const Keys& keys) {
     std::vector<NrrdHeader::Segment> segments;
-    for (uint32_t i = 0;; ++i) {
+    for (const uint32_t i : segment_numbers(keys)) {
         const auto find = [&](const char* what) {
             const auto found = keys.find(fmt::format("Segment{}_{}", i, what));
             return found == keys.end() ? std::string_view() : std::string_view(found->second);
         };
-        if (find("ID").empty() && find("Name").empty() && find("LabelValue").empty())
-            return segments;
         NrrdHeader::Segment segment{i, {0, std::string(find("Name")), {}}, {}};
         segment.layer = parse_integer(find("Layer"));
         const std::string_view value = find("LabelValue");
@@ -102,6 +120,7 @@ std::vector<NrrdHeader::Segment> segments_of(const Keys& keys) {
             segment.label.color = glm::dvec3((*color)[0], (*color)[1], (*color)[2]);
         segments.push_back(std::move(segment));
     }
+    return segments;
 }
 
 // Splits the header into its fields; returns how many bytes it takes.

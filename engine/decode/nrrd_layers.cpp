@@ -6,13 +6,14 @@
 #include <set>
 #include <type_traits>
 
+#include "engine/decode/overlap_words.h"
+
 namespace palpate::io {
 
 namespace {
 
 constexpr uint64_t kMostLayers = 65535;
 constexpr uint64_t kLayerBlockBytes = 1 << 20;
-constexpr size_t kMostLayerPairsInWords = 8;
 
 // Where one segment lies, and what it becomes.
 struct PlacedSegment {
@@ -104,16 +105,9 @@ class Painter {
                 name, unnamed_));
         if (overlaps_.empty())
             return;
-        std::string pairs;
-        size_t listed = 0;
-        for (const auto& [pair, samples] : overlaps_)
-            if (listed++ < kMostLayerPairsInWords)
-                pairs += fmt::format("{}{} and {} in {} samples", pairs.empty() ? "" : ", ",
-                                     words(pair.first), words(pair.second), samples);
-        if (listed > kMostLayerPairsInWords)
-            pairs += fmt::format(", and {} more pairs", listed - kMostLayerPairsInWords);
         warnings.push_back(fmt::format(
-            "{}: segments overlap: {}; the one with the higher number is kept", name, pairs));
+            "{}: segments overlap: {}; the one with the higher number is kept", name,
+            overlap_words(overlaps_, [&](uint32_t segment) { return words(segment); })));
     }
 
  private:
@@ -128,7 +122,7 @@ class Painter {
     std::vector<PlacedSegment>& segments_;
     std::vector<std::vector<uint32_t>> of_; // layer and value: index of a segment + 1
     std::vector<uint32_t> found_;
-    std::map<std::pair<uint32_t, uint32_t>, uint64_t> overlaps_;
+    Overlaps overlaps_;
     uint64_t unnamed_ = 0;
 };
 

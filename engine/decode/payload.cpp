@@ -60,7 +60,8 @@ Result<void> read_frame(const Payload& payload, std::span<std::byte> out,
         payload.run == 0 ? out.size() : payload.run * bytes_per_component(payload.type);
     const uint64_t group = run * payload.frames, before = run * payload.frame;
     PALPATE_ASSERT(out.size() % run == 0);
-    if (run >= kShortRunBytes || payload.frames == 1) {
+    // No more than a block is held, however many frames a header claims.
+    if (run >= kShortRunBytes || payload.frames == 1 || group > kFrameBlockBytes) {
         for (uint64_t at = 0; at < out.size(); at += run) {
             PALPATE_TRY(stream.skip(before));
             PALPATE_TRY(stream.read(out.subspan(at, run)));
@@ -68,7 +69,7 @@ Result<void> read_frame(const Payload& payload, std::span<std::byte> out,
         }
         return stream.finish(warnings);
     }
-    std::vector<std::byte> block(std::max<uint64_t>(1, kFrameBlockBytes / group) * group);
+    std::vector<std::byte> block(kFrameBlockBytes / group * group);
     for (uint64_t at = 0; at < out.size();) {
         const uint64_t groups = std::min(block.size() / group, (out.size() - at) / run);
         PALPATE_TRY(stream.read(std::span(block).first(groups * group)));

@@ -91,4 +91,25 @@ inline int below(std::mt19937& random, int end) {
     return static_cast<int>(random() % static_cast<unsigned>(end));
 }
 
+// A NRRD header whose axes are those of `order`; its spacing is 1, 2 and 3.
+inline std::string nrrd_header_of(const Sizes& sizes, const std::string& order,
+                                  const NumberType& type, bool big_endian, Written as,
+                                  const std::string& list_kind, const std::string& more = "") {
+    constexpr const char* encodings[] = {"raw", "gzip", "ascii"};
+    std::string size_words, kinds, directions;
+    for (const char axis : order) {
+        size_words += " " + std::to_string(sizes.of(axis));
+        kinds += axis == 't' ? " " + list_kind : " domain";
+        directions += axis == 'x'   ? " (1,0,0)"
+                      : axis == 'y' ? " (0,2,0)"
+                      : axis == 'z' ? " (0,0,3)"
+                                    : " none";
+    }
+    return "NRRD0005\ntype: " + std::string(type.nrrd) +
+           "\ndimension: " + std::to_string(order.size()) + "\nsizes:" + size_words +
+           "\nspace: LPS\nkinds:" + kinds + "\nspace directions:" + directions +
+           "\nendian: " + (big_endian ? "big" : "little") +
+           "\nencoding: " + encodings[static_cast<int>(as)] + "\n" + more;
+}
+
 } // namespace palpate::io
