@@ -97,6 +97,8 @@ Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& i
     } else {
         PALPATE_TRY(const LoadedVolume loaded, load_changed(options, interrupt));
         warn_of_lost_names(options, loaded);
+        if (loaded.inverted && !options.labels)
+            warn_of_lost_inversion(options.out, options.read.path);
         stream = stream_of(loaded.volume);
         stream.modality = loaded.modality;
         stream.labels = options.labels;
@@ -118,6 +120,8 @@ Result<void> run_convert(const ConvertOptions& options) {
         return convert_to_bricks(options, interrupt);
     PALPATE_TRY(const LoadedVolume loaded, load_changed(options, interrupt));
     warn_of_lost_names(options, loaded);
+    if (loaded.inverted && !options.labels)
+        warn_of_lost_inversion(options.out, options.read.path);
     PALPATE_TRY(save_volume(options.out, loaded.volume, interrupt.token(), loaded.modality));
     tell_made(options.out, loaded.volume);
     return {};

@@ -119,6 +119,8 @@ Result<void> run_filters(const FilterOptions& o) {
     PALPATE_TRY(const auto others, others_of(o, interrupt));
     Volume volume = std::move(loaded.volume);
     const std::string modality = !is_labels && keep_unit(steps) ? loaded.modality : "";
+    if (loaded.inverted && !is_labels && keep_unit(steps))
+        warn_of_lost_inversion(o.out, o.read.path);
     const ScalarType given_type = volume.type();
     const auto task_of = [&](Progress& progress) {
         return Task{interrupt.token(), [&progress](double share) { progress.show(share); }};

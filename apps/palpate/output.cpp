@@ -61,4 +61,8 @@ void tell_made(const std::string& path, const Volume& volume) {
                                 name_of(volume.type())));
 }
 
+void warn_of_lost_inversion(const std::string& out, const std::string& from) {
+    log::warning("{}: does not hold that small values are bright (MONOCHROME1 of {})", out, from);
+}
+
 } // namespace palpate

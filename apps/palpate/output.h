@@ -28,4 +28,7 @@ Result<void> write_text(const std::string& path, const std::string& text);
 void tell_made(const std::string& path, const std::string& what);
 void tell_made(const std::string& path, const Volume& volume); // its size and type
 
+// Warns that `out` does not hold what `from` says: that its small values are meant to be bright.
+void warn_of_lost_inversion(const std::string& out, const std::string& from);
+
 } // namespace palpate

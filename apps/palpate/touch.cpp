@@ -97,6 +97,12 @@ Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& 
             member = value;
     };
     set("--iso", p.iso, std::isnan(o.iso) ? default_iso(scene) : o.iso);
+    if (scene.inverted && !own && std::isnan(o.iso))
+        log::warning(
+            "{}: its bright parts are small values (MONOCHROME1), which feel like air: solid are "
+            "values from --iso {:g} on; to feel the bright parts, touch the negative (palpate "
+            "filter {} --expression '0 - a' -o negative.nrrd)",
+            o.scene, p.iso, o.scene);
     set("--radius", p.tool_radius_mm, o.radius_mm);
     set("--samples", p.tool_samples, o.samples);
     set("--stiffness", p.stiffness_n_per_m, o.stiffness);
