@@ -26,6 +26,9 @@ struct Found {
 struct Forces {
     std::optional<Volume> speed, edge;
     std::optional<VectorField> flow;
+    // The speed of the last steps of a surface that has come to rest with this signed distance, in
+    // the place of all other forces; none: these go on.
+    std::function<Result<Volume>(const Volume& distance, const Task& task)> last_speed{};
 };
 
 // Gradient vector flow of the volume's edges, as packed floats. The edges are computed once an
@@ -106,9 +109,17 @@ Result<Segmented> run_level(
             last.last_time = kLastWay * least;
             const int grown = moved.report.iterations;
             last.most_iterations -= grown;
+            LevelSetForces last_given = given;
+            std::optional<Volume> last_speed;
+            if (forces.last_speed) {
+                PALPATE_TRY(last_speed, forces.last_speed(*moved.distance, {task.stop, {}}));
+                last_given = {.speed = &*last_speed};
+                last.propagation = 1.0;
+                last.advection_mm = 0.0;
+            }
             // Of a volume that is all object there is no surface to go on with.
             if (Result<LevelSetResult> moved_on =
-                    level_set({.distance = &*moved.distance}, given, last, part)) {
+                    level_set({.distance = &*moved.distance}, last_given, last, part)) {
                 moved = std::move(*moved_on);
                 moved.report.iterations += grown;
                 moved.report.end = End::settled;
@@ -142,7 +153,8 @@ Result<Segmented> run_level_threshold(const SegmentInput& input, const Parameter
             ValueInterval interval{value_of(values, "low"), value_of(values, "high")};
             if (!is_set(values, "low") || !is_set(values, "high")) {
                 PALPATE_TRY(const ObjectValues object,
-                            object_values(input.volume, *input.seeds, seeds, deviations, part));
+                            object_values(input.volume, *input.seeds, seeds.label, input.balls,
+                                          deviations, part));
                 // At least half-way to what lies around: there is the object's edge.
                 const double reach = std::max(deviations * object.values.sd, 0.5 * object.contrast);
                 if (!is_set(values, "low"))
@@ -167,15 +179,18 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
         options.advection_mm = value_of(values, "advection");
         options.flow = value_of(values, "flow");
         if (!is_set(values, "edge")) {
-            PALPATE_TRY(const Volume slopes,
-                        gradient_magnitude(input.volume, {edges.sigma_mm}, {part.stop, {}}));
-            for (const SeedValues& under : seed_values(slopes, *input.seeds))
-                if (under.label == seeds.label)
-                    edges.edge = 3.0 * under.mean;
+            {
+                PALPATE_TRY(const Volume slopes,
+                            gradient_magnitude(input.volume, {edges.sigma_mm}, {part.stop, {}}));
+                for (const SeedValues& under : seed_values(slopes, *input.seeds))
+                    if (under.label == seeds.label)
+                        edges.edge = 3.0 * under.mean;
+            } // the slopes are gone before more is held
             // Where values are even under the seeds: well below the edge of the object's contrast,
             // which smoothing spreads over sigma and a sample to each side.
             PALPATE_TRY(const ObjectValues object,
-                        object_values(input.volume, *input.seeds, seeds, 2.0, {part.stop, {}}));
+                        object_values(input.volume, *input.seeds, seeds.label, input.balls, 2.0,
+                                      {part.stop, {}}));
             const glm::dvec3 h = spacing_mm(input.volume.grid());
             const double wide = edges.sigma_mm + std::min({h.x, h.y, h.z});
             edges.edge = std::max(edges.edge, 0.1 * object.contrast / wide);
@@ -189,6 +204,9 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
         }
         PALPATE_TRY(forces.edge, edge_speed(input.volume, edges, {part.stop, {}}));
         forces.speed = forces.edge;
+        forces.last_speed = [&input, edges](const Volume& distance, const Task& last) {
+            return edge_place_speed(input.volume, distance, edges, last);
+        };
         return forces;
     };
     return run_level(input, values, task, make);

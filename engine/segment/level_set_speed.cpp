@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "engine/segment/derivatives.h"
 #include "engine/segment/gaussian.h"
 #include "engine/segment/map_values.h"
+#include "engine/volume/box.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
@@ -29,6 +32,78 @@ Result<Volume> edge_speed(const Volume& volume, const EdgeSpeedOptions& o, const
     return map_values<float>(std::array{&slopes}, task.part(0.9, 1.0), [=](auto v) {
         return std::isnan(v[0]) ? v[0] : float(1.0 / (1.0 + std::pow(v[0] / o.edge, o.exponent)));
     });
+}
+
+namespace {
+
+const std::array<glm::ivec3, 9> kUpToSecond{glm::ivec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1},
+                                            {2, 0, 0},           {0, 2, 0}, {0, 0, 2},
+                                            {1, 1, 0},           {1, 0, 1}, {0, 1, 1}};
+
+struct EdgePlace {
+    Derivatives derivatives;
+    const Volume& distance;
+    EdgeSpeedOptions options;
+    glm::dmat3 world; // gradients by the index to those by mm
+    double smallest_mm;
+
+    BrickPtr brick(glm::uvec3 at) const {
+        constexpr int kWide = int(kBrickSide) + 2;
+        thread_local std::vector<std::vector<float>> d;
+        thread_local std::vector<float> away(size_t{kWide} * kWide * kWide), made(kBrickSamples);
+        const Brick& near = distance.brick(at);
+        const bool has_surface = near.range().min < 0.0f && near.range().max > 0.0f;
+        if (!has_surface || !derivatives.compute(at, kUpToSecond, d))
+            return constant_brick(ScalarType::f32, 0.0f);
+        read_box(distance, glm::ivec3(at * kBrickSide) - 1, glm::ivec3(kWide),
+                 packed(glm::uvec3(kWide)), away.data());
+        const glm::uvec3 valid = distance.valid_in_brick(at);
+        for (uint32_t z = 0; z < valid.z; ++z)
+            for (uint32_t y = 0; y < valid.y; ++y)
+                for (uint32_t x = 0; x < valid.x; ++x) {
+                    const size_t i = offset_in_brick({x, y, z});
+                    const float* phi = &away[x + 1 + kWide * (y + 1 + size_t{kWide} * (z + 1))];
+                    glm::dvec3 outward;
+                    const int strides[] = {1, kWide, kWide * kWide};
+                    for (int k = 0; k < 3; ++k) {
+                        const double rise = double{phi[strides[k]]} - double{phi[-strides[k]]};
+                        outward[k] = std::isnan(rise) ? 0.0 : rise;
+                    }
+                    made[i] = float(speed(d, i, world * outward));
+                }
+        return Brick::make(std::span<const float>(made), valid);
+    }
+
+    double speed(const std::vector<std::vector<float>>& d, size_t i, glm::dvec3 outward) const {
+        const auto at = [&](size_t n) { return double{d[n][i]}; };
+        const glm::dvec3 g = world * glm::dvec3(at(0), at(1), at(2));
+        const double length = glm::length(g);
+        if (!(length > 0.0)) // flat, or no data
+            return length == 0.0 ? 0.0 : double(NAN);
+        const glm::dmat3 h(at(3), at(6), at(7), at(6), at(4), at(8), at(7), at(8), at(5));
+        const glm::dmat3 hessian = world * h * glm::transpose(world);
+        const double along = glm::dot(g, hessian * g) / (length * length);
+        const double trace = hessian[0][0] + hessian[1][1] + hessian[2][2];
+        const double slope = glm::dot(g, outward);
+        const double side = slope > 0.0 ? 1.0 : slope < 0.0 ? -1.0 : 0.0;
+        const double indicator = 1.0 / (1.0 + std::pow(length / options.edge, options.exponent));
+        return side * std::clamp(smallest_mm * (along + trace) / length, -1.0, 1.0) *
+               (1.0 - indicator);
+    }
+};
+
+} // namespace
+
+Result<Volume> edge_place_speed(const Volume& volume, const Volume& distance,
+                                const EdgeSpeedOptions& options, const Task& task) {
+    if (volume.size() != distance.size())
+        return fail("expected a distance on the grid of the volume, found another grid");
+    PALPATE_TRY(Derivatives::check(volume, options.sigma_mm));
+    const EdgePlace place{Derivatives(volume, options.sigma_mm), distance, options,
+                          glm::transpose(glm::inverse(glm::dmat3(volume.grid().world_from_index))),
+                          smallest_spacing_mm(volume.grid())};
+    return make_bricks(volume.grid(), ScalarType::f32, task,
+                       [&](glm::uvec3 at) { return place.brick(at); });
 }
 
 Result<Volume> region_speed(const Volume& volume, const SeedValues& inside,

@@ -22,12 +22,12 @@ size_t count_of(glm::uvec3 size) {
 }
 
 // Gradient length per mm and Laplacian of the samples of a box; NaN beside no data.
-struct Derivatives {
+struct WireDerivatives {
     std::vector<float> gradient, laplacian;
 };
 
 // `flat` axes are left out: those of a slice, which is seen by itself.
-Derivatives derive(const Volume& volume, glm::ivec3 first, glm::uvec3 size, glm::bvec3 flat) {
+WireDerivatives derive(const Volume& volume, glm::ivec3 first, glm::uvec3 size, glm::bvec3 flat) {
     const glm::uvec3 wide = size + 2u;
     std::vector<float> box(count_of(wide));
     read_box(volume, first - 1, glm::ivec3(wide), packed(wide), box.data());
@@ -38,7 +38,7 @@ Derivatives derive(const Volume& volume, glm::ivec3 first, glm::uvec3 size, glm:
         per_square[axis] = flat[axis] ? 0.0 : 1.0 / (spacing[axis] * spacing[axis]);
     const glm::dmat3 world = // of a gradient by the index
         glm::transpose(glm::inverse(glm::dmat3(volume.grid().world_from_index)));
-    Derivatives out{std::vector<float>(count_of(size)), std::vector<float>(count_of(size))};
+    WireDerivatives out{std::vector<float>(count_of(size)), std::vector<float>(count_of(size))};
     size_t to = 0;
     for (uint32_t z = 0; z < size.z; ++z)
         for (uint32_t y = 0; y < size.y; ++y)
@@ -114,7 +114,7 @@ Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, 
         std::vector<float> gradient(plane * probes);
         const bool all = run_all(probes, task.part(0.0, 0.3), [&](size_t i) {
             const uint32_t z = first.z + uint32_t(i * size.z / probes);
-            const Derivatives one =
+            const WireDerivatives one =
                 derive(volume, glm::ivec3(first.x, first.y, z), {size.x, size.y, 1}, flat);
             std::ranges::copy(one.gradient, gradient.begin() + ptrdiff_t(i * plane));
         });
@@ -127,7 +127,7 @@ Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, 
         const uint32_t begin = uint32_t(i) * kSlab, end = std::min(begin + kSlab, size.z);
         const uint32_t from = begin > 0 ? begin - 1 : 0, to = std::min(end + 1, size.z);
         const glm::uvec3 slab(size.x, size.y, to - from);
-        const Derivatives found =
+        const WireDerivatives found =
             derive(volume, glm::ivec3(first + glm::uvec3(0, 0, from)), slab, flat);
         for (uint32_t z = begin; z < end; ++z)
             for (uint32_t y = 0; y < size.y; ++y)

@@ -10,7 +10,9 @@
 
 #include "engine/segment/edges.h"
 #include "engine/segment/flood.h"
+#include "engine/segment/label_samples.h"
 #include "engine/segment/map_values.h"
+#include "engine/segment/seed_places.h"
 #include "engine/volume/box.h"
 
 namespace palpate {
@@ -83,23 +85,6 @@ BrickPtr smoothed_brick(const Volume& volume, glm::uvec3 position) {
 
 namespace {
 
-// Calls visit(index) for the samples of a label.
-template <class Visit>
-void for_label(const Volume& labels, uint16_t label, const Visit& visit) {
-    for_each_brick(labels, [&](glm::uvec3 position) {
-        const Brick& brick = labels.brick(position);
-        if (!(brick.range().max >= float(label)))
-            return;
-        const Brick::Pinned pinned = brick.pin();
-        const glm::uvec3 valid = labels.valid_in_brick(position);
-        for (uint32_t z = 0; z < valid.z; ++z)
-            for (uint32_t y = 0; y < valid.y; ++y)
-                for (uint32_t x = 0; x < valid.x; ++x)
-                    if (brick.value(pinned, offset_in_brick({x, y, z})) == float(label))
-                        visit(glm::ivec3(position * kBrickSide) + glm::ivec3(x, y, z));
-    });
-}
-
 // The p-quantile, 0 where there is none.
 double quantile(std::vector<float>& values, double p) {
     if (values.empty())
@@ -116,7 +101,7 @@ void take_neighbours(const Volume& volume, const Volume& seeds, SeedValues& valu
         return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
     };
     std::set<glm::ivec3, decltype(near)> block(near);
-    for_label(seeds, values.label, [&](glm::ivec3 at) {
+    for_each_of_label(seeds, values.label, [&](glm::ivec3 at) {
         const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, last);
         for (int z = low.z; z <= high.z; ++z)
             for (int y = low.y; y <= high.y; ++y)
@@ -151,7 +136,7 @@ double contrast_of(const Volume& volume, const Volume& object, const SeedValues&
     constexpr int kLongest = 16; // samples of an edge
     const glm::ivec3 size(volume.size());
     std::vector<float> contrasts;
-    for_label(object, values.label, [&](glm::ivec3 at) {
+    for_each_of_label(object, values.label, [&](glm::ivec3 at) {
         for (int side = 0; side < 6; ++side) {
             glm::ivec3 step(0), to = at;
             step[side / 2] = side % 2 == 0 ? -1 : 1;
@@ -174,11 +159,28 @@ double contrast_of(const Volume& volume, const Volume& object, const SeedValues&
     return quantile(contrasts, 0.2);
 }
 
+Result<Volume> smoothed(const Volume& volume, int passes, const Task& task) {
+    Volume smooth = volume;
+    for (int pass = 0; pass < passes; ++pass) {
+        PALPATE_TRY(smooth, make_bricks(volume.grid(), ScalarType::f32, {task.stop, {}},
+                                        [&, from = smooth](glm::uvec3 position) {
+                                            return smoothed_brick(from, position);
+                                        }));
+    }
+    return smooth;
+}
+
 } // namespace
 
-Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, const SeedValues& own,
-                                   double deviations, const Task& task) {
-    SeedValues values = own;
+Result<ObjectValues> object_values(const Volume& volume, const Volume& given, uint16_t label,
+                                   std::span<const SeedBall> balls, double deviations,
+                                   const Task& task) {
+    PALPATE_TRY(const Volume smooth, smoothed(volume, 1, task));
+    const Volume seeds = settled_seeds(volume, smooth, given, label, balls);
+    const std::vector<SeedValues> own = seed_values(volume, seeds);
+    if (own.empty())
+        return ObjectValues{};
+    SeedValues values = own[0];
     if (values.count < kFewSeeds)
         take_neighbours(volume, seeds, values);
     values.sd = spread_of(values, volume);
@@ -186,20 +188,14 @@ Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, co
     const LabelInterval interval{values.label, {values.mean - reach, values.mean + reach}};
     PALPATE_TRY(const Volume object,
                 region_growing(volume, seeds, std::span(&interval, 1), Neighbors::face_6, task));
-    const double contrast = contrast_of(volume, object, values);
+    const double contrast = contrast_of(smooth, object, values);
     values.sd = std::max(values.sd, contrast / 10.0);
     return ObjectValues{values, contrast};
 }
 
 Result<Volume> statistics_cost(const Volume& volume, const SeedValues& seeds,
                                const StatisticsCostOptions& options, const Task& task) {
-    Volume smooth = volume;
-    for (int pass = 0; pass < options.passes; ++pass) {
-        PALPATE_TRY(smooth, make_bricks(volume.grid(), ScalarType::f32, {task.stop, {}},
-                                        [&, from = smooth](glm::uvec3 position) {
-                                            return smoothed_brick(from, position);
-                                        }));
-    }
+    PALPATE_TRY(const Volume smooth, smoothed(volume, options.passes, task));
     const double scale = 1.0 / (options.deviations * spread_of(seeds, volume));
     return map_values<float>(std::array{&std::as_const(smooth)}, task, [&](auto v) {
         if (std::isnan(v[0]))

@@ -28,23 +28,25 @@ Result<double> edge_under_seeds(const Volume& volume, const Volume& seeds, uint1
 // first smoothed by (1 2 1) / 4 along each axis `passes` times, as noise of single samples holds a
 // front up everywhere; neighbours without data are left out.
 
-// The values of an object as far as its seeds and what lies around them tell: `own`, the values
-// under the seeds, but
+// The values of an object as far as the seeds of a label and what lies around them tell: those
+// under its seeds, but
+// - seeds on a blurred edge count where they settle beside it (settled_seeds);
 // - fewer than kFewSeeds samples tell neither mean nor spread. The noise is then 1.05 medians of
 //   the differences of neighbours beside the seeds (a normal distribution's standard deviation),
 //   and neighbours within three standard deviations of a difference count as seeds;
 // - the spread is at least a tenth of the object's contrast. Where values are even, an edge that is
 //   a few samples wide would be slow at its foot already. The object is here what joins the seeds
 //   within `deviations` of the spread. Of each face between it and what lies around, the contrast
-//   is how far values rise or fall on from the mean, sample by sample; a fifth of the faces has
-//   less than the object's.
+//   is how far values rise or fall on from the mean, sample by sample of the smoothed volume; a
+//   fifth of the faces has less than the object's.
 constexpr uint64_t kFewSeeds = 27;
 struct ObjectValues {
     SeedValues values;
     double contrast = 0.0; // 0 where the object has no faces
 };
-Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, const SeedValues& own,
-                                   double deviations, const Task& task);
+Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, uint16_t label,
+                                   std::span<const SeedBall> balls, double deviations,
+                                   const Task& task);
 
 struct StatisticsCostOptions {
     double deviations = 2.5, floor = 0.01;

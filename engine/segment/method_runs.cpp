@@ -10,6 +10,7 @@
 #include "engine/segment/fast_marching.h"
 #include "engine/segment/flood.h"
 #include "engine/segment/fuzzy_connectedness.h"
+#include "engine/segment/label_samples.h"
 #include "engine/segment/live_wire_surface.h"
 #include "engine/segment/map_values.h"
 #include "engine/segment/march_cost.h"
@@ -68,8 +69,14 @@ Result<Segmented> run_growing(const SegmentInput& input, const ParameterValues& 
                               const Task& task) {
     Segmented made{*input.seeds, {}, {}, {}};
     std::vector<LabelInterval> intervals;
-    for (const SeedValues& seeds : seed_values(input.volume, *input.seeds, input.balls)) {
-        const double reach = value_of(values, "deviations") * spread_of(seeds, input.volume);
+    for (const SeedValues& own : seed_values(input.volume, *input.seeds, input.balls)) {
+        const double deviations = value_of(values, "deviations");
+        PALPATE_TRY(const ObjectValues object,
+                    object_values(input.volume, *input.seeds, own.label, input.balls, deviations,
+                                  {task.stop, {}}));
+        const SeedValues& seeds = object.values;
+        // At least half-way to what lies around: there is the object's edge.
+        const double reach = std::max(deviations * seeds.sd, 0.5 * object.contrast);
         const ValueInterval interval{
             is_set(values, "low") ? value_of(values, "low") : seeds.mean - reach,
             is_set(values, "high") ? value_of(values, "high") : seeds.mean + reach};
@@ -99,7 +106,12 @@ Result<Segmented> run_watershed(const SegmentInput& input, const ParameterValues
     PALPATE_TRY(const Volume flooded,
                 watershed(edges, *input.seeds, *neighbors, task.part(0.2, 1.0)));
     PALPATE_TRY(Volume labels, without_background(flooded, input.background, {task.stop, {}}));
-    return Segmented{std::move(labels), {}, {}, {}};
+    Segmented made{std::move(labels), {}, {}, {}};
+    if (label_counts(*input.seeds).size() == 1)
+        made.notes.push_back(
+            "seeds of one label take the whole volume: add seeds outside under another label, and "
+            "name it as the background");
+    return made;
 }
 
 namespace {
@@ -177,7 +189,8 @@ Result<Volume> march_cost(const SegmentInput& input, const SeedValues& seeds,
     if (!from_edges) {
         const double deviations = value_of(values, "deviations");
         PALPATE_TRY(const ObjectValues found,
-                    object_values(input.volume, *input.seeds, seeds, deviations, {task.stop, {}}));
+                    object_values(input.volume, *input.seeds, seeds.label, input.balls, deviations,
+                                  {task.stop, {}}));
         const SeedValues& object = found.values;
         made.notes.push_back(fmt::format("label {}: values {:g} +- {:g} under {} seeds",
                                          object.label, object.mean, object.sd, object.count));
@@ -288,6 +301,23 @@ Result<Segmented> run_march_statistics(const SegmentInput& input, const Paramete
     return run_march(input, values, false, task);
 }
 
+namespace {
+
+// Whether a label's samples are one sample thick along an axis on which the volume has more.
+bool lies_in_a_plane(const Volume& labels, uint16_t label) {
+    glm::ivec3 low(std::numeric_limits<int>::max()), high(-1);
+    for_each_of_label(labels, label, [&](glm::ivec3 at) {
+        low = glm::min(low, at);
+        high = glm::max(high, at);
+    });
+    bool any = false;
+    for (int k = 0; k < 3; ++k)
+        any = any || (low[k] == high[k] && labels.size()[k] > 1);
+    return any;
+}
+
+} // namespace
+
 Result<Segmented> run_mesh(const SegmentInput& input, const ParameterValues& values,
                            const Task& task) {
     const std::vector<LabelCount> all = label_counts(*input.seeds);
@@ -296,6 +326,13 @@ Result<Segmented> run_mesh(const SegmentInput& input, const ParameterValues& val
     for (size_t i = 0; i < all.size(); ++i) {
         if (all[i].label == input.background)
             continue;
+        const bool stays = value_of(values, "edges") == 0.0;
+        if (stays && (!input.balls.empty() || lies_in_a_plane(*input.seeds, all[i].label)))
+            return fail(
+                "simplex-mesh: label {}: expected a body for the mesh to lie about, such as "
+                "another "
+                "method's result (--start), found seeds; or let the mesh look for edges (--edges)",
+                all[i].label);
         const Task part =
             task.part(double(i) / double(all.size()), double(i + 1) / double(all.size()));
         MeshFitOptions options{.label = all[i].label,

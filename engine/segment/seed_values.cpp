@@ -15,27 +15,6 @@ namespace {
 
 constexpr double kTwoKinds = 4.0; // standard deviations
 
-// Where ascending values fall into two kinds: the first one of the upper kind.
-std::optional<float> upper_kind(const std::vector<float>& ascending) {
-    const auto n = double(ascending.size());
-    double sum = 0.0, squares = 0.0;
-    for (const float v : ascending)
-        sum += double{v}, squares += double{v} * double{v};
-    double below = 0.0, least = INFINITY, apart = 0.0;
-    std::optional<float> found;
-    for (size_t i = 1; i < ascending.size(); ++i) {
-        below += double{ascending[i - 1]};
-        if (ascending[i] == ascending[i - 1])
-            continue;
-        const double low = below / double(i), high = (sum - below) / (n - double(i));
-        const double within =
-            squares / n - (double(i) * low * low + (n - double(i)) * high * high) / n;
-        if (within < least)
-            least = within, apart = high - low, found = ascending[i];
-    }
-    return apart > kTwoKinds * std::sqrt(std::max(least, 0.0)) ? found : std::nullopt;
-}
-
 using Place = std::tuple<uint32_t, uint32_t, uint32_t>;
 
 // Samples of balls whose value is not of the kind that the ball's central sample has.
@@ -74,6 +53,26 @@ std::set<Place> strays_of(const Volume& volume, std::span<const SeedBall> balls)
 }
 
 } // namespace
+
+std::optional<float> upper_kind(const std::vector<float>& ascending) {
+    const auto n = double(ascending.size());
+    double sum = 0.0, squares = 0.0;
+    for (const float v : ascending)
+        sum += double{v}, squares += double{v} * double{v};
+    double below = 0.0, least = INFINITY, apart = 0.0;
+    std::optional<float> found;
+    for (size_t i = 1; i < ascending.size(); ++i) {
+        below += double{ascending[i - 1]};
+        if (ascending[i] == ascending[i - 1])
+            continue;
+        const double low = below / double(i), high = (sum - below) / (n - double(i));
+        const double within =
+            squares / n - (double(i) * low * low + (n - double(i)) * high * high) / n;
+        if (within < least)
+            least = within, apart = high - low, found = ascending[i];
+    }
+    return apart > kTwoKinds * std::sqrt(std::max(least, 0.0)) ? found : std::nullopt;
+}
 
 std::vector<SeedValues> seed_values(const Volume& volume, const Volume& seeds,
                                     std::span<const SeedBall> balls) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct SeedValues {
 // apart. Even values over an interval have 3.5, a normal distribution 2.6.
 std::vector<SeedValues> seed_values(const Volume& volume, const Volume& seeds,
                                     std::span<const SeedBall> balls = {});
+
+// The first value of the upper kind, if ascending values fall into two kinds as above.
+std::optional<float> upper_kind(const std::vector<float>& ascending);
 
 // sd, but not below a 500th of the volume's range of values: seeds on one value say nothing of how
 // far values spread, and noise is not nothing. 1 where the volume has one value.

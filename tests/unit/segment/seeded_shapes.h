@@ -36,9 +36,10 @@ struct Case {
 };
 
 // noise: standard deviation as a share of the contrast. radius_mm: of the one ball of seeds, whose
-// central sample lies inside; below 0: of up to 4 x 4 samples in one plane, as a map.
+// central sample lies inside; below 0: of up to 4 x 4 samples in one plane, as a map. blur:
+// standard deviation of the edge in the smallest spacing.
 inline Case make_case(Shape shape, double size_mm, glm::dvec3 spacing, double noise,
-                      double radius_mm, uint32_t seed) {
+                      double radius_mm, uint32_t seed, double blur = 0.0) {
     std::mt19937 random(seed);
     const auto between = [&](double low, double high) {
         return low + (high - low) * double(random()) / 4294967296.0;
@@ -46,8 +47,14 @@ inline Case make_case(Shape shape, double size_mm, glm::dvec3 spacing, double no
     const glm::uvec3 size(glm::ceil(glm::dvec3(3.0 * size_mm) / spacing));
     const Grid grid = make_grid(size, spacing, -0.5 * spacing * (glm::dvec3(size) - 1.0));
     const glm::dvec3 middle(between(-1, 1), between(-1, 1), between(-1, 1));
-    const auto is_in = [&](glm::uvec3 i) {
-        return depth(shape, world_point(grid, glm::dvec3(i)) - middle, size_mm) < 0.0;
+    const auto depth_at = [&](glm::uvec3 i) {
+        return depth(shape, world_point(grid, glm::dvec3(i)) - middle, size_mm);
+    };
+    const auto is_in = [&](glm::uvec3 i) { return depth_at(i) < 0.0; };
+    const double blur_mm = blur * std::min({spacing.x, spacing.y, spacing.z});
+    const auto outside = [&](glm::uvec3 i) {
+        return blur > 0.0 ? 0.5 * std::erfc(-depth_at(i) / (std::sqrt(2.0) * blur_mm))
+                          : double(!is_in(i));
     };
     // Contrasts of 1 to 3000 of either sign, on any offset.
     const double inside = between(-1000, 1000);
@@ -55,7 +62,7 @@ inline Case make_case(Shape shape, double size_mm, glm::dvec3 spacing, double no
     const uint64_t noise_seed = random();
     Case made{make_volume(grid, ScalarType::f32,
                           [&](glm::uvec3 i) {
-                              return inside + contrast * ((is_in(i) ? 0.0 : 1.0) +
+                              return inside + contrast * (outside(i) +
                                                           noise * synthetic::noise(i, noise_seed));
                           }),
               make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) { return is_in(i) ? 1.0 : 0.0; }),
@@ -97,14 +104,14 @@ inline double dice(const Volume& labels, const Volume& truth) {
 
 // The worst Dice of `count` seeds a shape, spacing and kind of seed; asserts each one.
 inline void expect_found(const char* method, double noise, uint32_t count, double size_mm,
-                         double least) {
+                         double least, double blur = 0.0) {
     const SegmentMethod& by = *find_segment_method(method);
     uint32_t seed = 1;
     for (const Shape shape : {Shape::ball, Shape::ellipsoid, Shape::shell})
         for (const glm::dvec3 spacing : {glm::dvec3(1.0), glm::dvec3(0.7, 0.9, 1.6)})
             for (const double radius : {0.0, 1.0, 3.0, -1.0})
                 for (uint32_t i = 0; i < count; ++i, ++seed) {
-                    const Case one = make_case(shape, size_mm, spacing, noise, radius, seed);
+                    const Case one = make_case(shape, size_mm, spacing, noise, radius, seed, blur);
                     const Result<Segmented> made =
                         segment(by, {one.volume, one.seeds, one.balls, 0}, {}, {});
                     ASSERT_TRUE(made) << made.error().message << " seed " << seed;

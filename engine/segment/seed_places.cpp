@@ -1,0 +1,161 @@
+#include "engine/segment/seed_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "engine/segment/label_samples.h"
+#include "engine/segment/seed_values.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/edit.h"
+#include "engine/volume/grid.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr int kLongestWay = 16; // samples of an edge
+// The gradient of smoothed white noise has a standard deviation of 0.148 along each axis: the root
+// of 10 / 64 * (6 / 16)^2, the squares of (1 2 0 -2 -1) / 8 and twice (1 2 1) / 4. 99 % of vectors
+// of three are shorter than 3.37 of them.
+constexpr double kNoiseSlope = 0.5;
+
+class Slopes {
+ public:
+    explicit Slopes(const Volume& smooth) : smooth_(smooth), last_(glm::ivec3(smooth.size()) - 1) {}
+
+    double value(glm::ivec3 at) const {
+        return smooth_.value(glm::uvec3(glm::clamp(at, glm::ivec3(0), last_)));
+    }
+    bool is_inside(glm::ivec3 at) const { return at == glm::clamp(at, glm::ivec3(0), last_); }
+
+    glm::dvec3 gradient(glm::ivec3 at) const {
+        glm::dvec3 g;
+        for (int k = 0; k < 3; ++k)
+            g[k] = 0.5 * (value(at + along(k)) - value(at - along(k)));
+        return g;
+    }
+    double length(glm::ivec3 at) const { return glm::length(gradient(at)); }
+
+    // Above 0 on the upper side of an edge.
+    double side(glm::ivec3 at) const {
+        const glm::dvec3 g = gradient(at);
+        glm::dmat3 h;
+        const double here = value(at);
+        for (int i = 0; i < 3; ++i) {
+            h[i][i] = value(at + along(i)) - 2.0 * here + value(at - along(i));
+            for (int k = 0; k < i; ++k)
+                h[i][k] = h[k][i] =
+                    0.25 * (value(at + along(i) + along(k)) + value(at - along(i) - along(k)) -
+                            value(at + along(i) - along(k)) - value(at - along(i) + along(k)));
+        }
+        return -(glm::dot(g, h * g) / glm::dot(g, g) + h[0][0] + h[1][1] + h[2][2]);
+    }
+
+ private:
+    static glm::ivec3 along(int axis) {
+        glm::ivec3 step(0);
+        step[axis] = 1;
+        return step;
+    }
+
+    const Volume& smooth_;
+    glm::ivec3 last_;
+};
+
+// The standard deviation of noise by the median of second differences beside the seeds.
+double noise_beside(const Volume& volume, const std::vector<glm::ivec3>& places) {
+    const glm::ivec3 last = glm::ivec3(volume.size()) - 1;
+    std::vector<double> bends;
+    const size_t step = 1 + places.size() / 1000; // enough of many
+    for (size_t n = 0; n < places.size(); n += step)
+        for (int i = 0; i < 27; ++i) {
+            const glm::ivec3 at = places[n] + glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1;
+            for (int k = 0; k < 3; ++k) {
+                glm::ivec3 low = at, high = at;
+                --low[k], ++high[k];
+                if (low != glm::clamp(low, glm::ivec3(0), last) ||
+                    high != glm::clamp(high, glm::ivec3(0), last) ||
+                    at != glm::clamp(at, glm::ivec3(0), last))
+                    continue;
+                const double bend = double{volume.value(glm::uvec3(low))} -
+                                    2.0 * double{volume.value(glm::uvec3(at))} +
+                                    double{volume.value(glm::uvec3(high))};
+                if (!std::isnan(bend))
+                    bends.push_back(std::abs(bend));
+            }
+        }
+    if (bends.empty())
+        return 0.0;
+    const auto middle = bends.begin() + ptrdiff_t(bends.size() / 2);
+    std::ranges::nth_element(bends, middle);
+    return *middle / (0.6745 * std::sqrt(6.0)); // a normal distribution's median
+}
+
+glm::ivec3 settled(const Slopes& slopes, glm::ivec3 at, double least) {
+    double length = slopes.length(at);
+    if (!(length > least))
+        return at;
+    const double side = slopes.side(at);
+    if (side == 0.0 || std::isnan(side))
+        return at;
+    const double way = side > 0.0 ? 1.0 : -1.0;
+    for (int n = 0; n < kLongestWay && length > least; ++n) {
+        glm::ivec3 to = at;
+        double steepest = 0.0;
+        for (int i = 0; i < 27; ++i) {
+            const glm::ivec3 step = glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1;
+            if (step == glm::ivec3(0) || !slopes.is_inside(at + step))
+                continue;
+            const double rise =
+                way * (slopes.value(at + step) - slopes.value(at)) / glm::length(glm::dvec3(step));
+            if (rise > steepest)
+                steepest = rise, to = at + step;
+        }
+        const double next = slopes.length(to);
+        // Its first step may cross the steepest place, which smoothing has moved.
+        if (to == at || !(next < length || n == 0))
+            break;
+        at = to, length = next;
+    }
+    return at;
+}
+
+} // namespace
+
+Volume settled_seeds(const Volume& volume, const Volume& smooth, const Volume& seeds,
+                     uint16_t label, std::span<const SeedBall> balls) {
+    std::vector<glm::ivec3> places;
+    for_each_of_label(seeds, label, [&](glm::ivec3 at) { places.push_back(at); });
+    const Slopes slopes(smooth);
+    const double least = kNoiseSlope * noise_beside(volume, places);
+    std::vector<float> values;
+    for (glm::ivec3& at : places) {
+        at = settled(slopes, at, least);
+        values.push_back(float(slopes.value(at)));
+    }
+    std::vector<float> ascending = values;
+    std::ranges::sort(ascending);
+    bool is_upper = false;
+    const std::optional<float> upper = upper_kind(ascending);
+    if (upper) {
+        double above = 0.0, count = 0.0;
+        for (const SeedBall& ball : balls)
+            if (ball.label == label) {
+                const glm::ivec3 center(glm::round(index_point(volume.grid(), ball.center_mm)));
+                above += slopes.value(settled(slopes, center, least)) >= double{*upper}, ++count;
+            }
+        if (count == 0.0)
+            for (const float v : values)
+                above += v >= *upper, ++count;
+        is_upper = above > 0.5 * count;
+    }
+    VolumeEdit edit(make_volume(seeds.grid(), seeds.type(), [](glm::uvec3) { return 0.0; }));
+    for (size_t i = 0; i < places.size(); ++i)
+        if (!upper || (values[i] >= *upper) == is_upper)
+            edit.set(glm::uvec3(places[i]), label);
+    return edit.commit();
+}
+
+} // namespace palpate
