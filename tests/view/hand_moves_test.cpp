@@ -41,8 +41,8 @@ class HandMoves : public testing::Test {
             time_s_ += 0.05;
         }
     }
-    void dab(Hand hand, double radius_mm, double x_mm) {
-        state_.hand = hand;
+    void dab(const Tool& tool, double radius_mm, double x_mm) {
+        state_.tool = &tool;
         state_.radius_mm = radius_mm;
         for (const auto kind : {Order::Kind::stroke_down, Order::Kind::stroke_up})
             work_.obey({kind, {x_mm, 0, 0}, time_s_ += 0.05, {}}, state_);
@@ -52,7 +52,7 @@ class HandMoves : public testing::Test {
 };
 
 TEST_F(HandMoves, AFaceOfTheMeshGoesAsFarAsTheHand) {
-    dab(Hand::draw, 20.0, 0.0);
+    dab(kDrawTool, 20.0, 0.0);
     work_.obey({Order::Kind::mesh_make, {}, time_s_}, state_);
     ASSERT_TRUE(work_.mesh()) << work_.take_message();
     const auto at_x = [&] { return work_.mesh()->met({{90, 0, 0}, {-1, 0, 0}}).value(); };
@@ -116,7 +116,7 @@ TEST_F(HandMoves, TheBrushIsConfinedToValues) {
     };
     const auto any = [](double) { return true; };
     const auto within = [](double value) { return value >= 200.0 && value <= 800.0; };
-    dab(Hand::draw, 6.0, 35.0); // about the surface of the ball, where values pass 500
+    dab(kDrawTool, 6.0, 35.0); // about the surface of the ball, where values pass 500
     const size_t brush = count(any), in_range = count(within);
     ASSERT_GT(in_range, 0u);
     ASSERT_LT(in_range, brush);
@@ -124,10 +124,10 @@ TEST_F(HandMoves, TheBrushIsConfinedToValues) {
     work_.session().settle();
     ASSERT_EQ(count(any), 0u);
     state_.only_values = GreyWindow{200.0, 800.0};
-    dab(Hand::draw, 6.0, 35.0);
+    dab(kDrawTool, 6.0, 35.0);
     EXPECT_EQ(count(any), in_range);
     EXPECT_EQ(count(within), in_range);
-    dab(Hand::erase, 6.0, 35.0);
+    dab(kEraseTool, 6.0, 35.0);
     EXPECT_EQ(count(any), 0u);
 }
 

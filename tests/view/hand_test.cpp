@@ -86,7 +86,7 @@ TEST_F(HandTest, APressIsWhereThePointerIsAlsoOnTheWayFromAWidget) {
 TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
     Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);
     ViewState state = work.subject().home;
-    state.hand = Hand::cut;
+    state.tool = &kCutTool;
     const auto at = [&](double time_s) {
         work.follow_hand(state, time_s);
         return work.backlog();

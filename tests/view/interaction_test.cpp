@@ -232,7 +232,7 @@ TEST(Interaction, ABrushFollowsThePointerAndEscapeTakesItsStrokeBack) {
     EXPECT_EQ(hand.state.crosshair_mm, subject.home.crosshair_mm);
     hand.press(Button::left);
     hand.key("r"); // nothing else happens while a stroke is drawn
-    EXPECT_EQ(hand.state.drag->kind, Drag::Kind::stroke);
+    EXPECT_EQ(hand.state.drag->kind, Drag::Kind::tool);
     hand.key("escape");
     EXPECT_EQ(hand.orders.back().kind, Order::Kind::stroke_cancel);
     hand.move(from);

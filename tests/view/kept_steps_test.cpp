@@ -20,7 +20,7 @@ class KeepingSteps : public TemporaryFolder {
     }
     static void draw(Work& work, double x_mm) {
         ViewState state = work.subject().home;
-        state.hand = Hand::draw;
+        state.tool = &kDrawTool;
         state.radius_mm = 6.0;
         work.obey({Order::Kind::stroke_down, {x_mm, 0, 0}, 1.0, {}}, state);
         work.obey({Order::Kind::stroke_up, {x_mm, 5, 0}, 1.1, {}}, state);

@@ -114,7 +114,7 @@ class Exports : public TemporaryFolder {
 TEST_F(Exports, ReplaceNoFileAndSayWhereTheyAre) {
     write("labels.nii.gz", "of a person");
     write("measures.csv", "of a person");
-    state_.hand = Hand::draw;
+    state_.tool = &kDrawTool;
     work_.obey({Order::Kind::stroke_down, {}, 0.1}, state_);
     work_.obey({Order::Kind::stroke_up, {}, 0.2}, state_);
     const std::string labels = write_out(Order::Kind::export_labels, "labels.nii.gz");

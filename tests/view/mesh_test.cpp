@@ -2,6 +2,7 @@
 
 #include <imgui/imgui.h>
 
+#include "apps/palpate/view/mesh_tool.h"
 #include "apps/palpate/view/pulled_mesh.h"
 #include "engine/volume/content_hash.h"
 #include "tests/view/viewer_fixture.h"
@@ -74,7 +75,7 @@ class MeshPulling : public ViewerTest {
         click_widget("mesh/make");
         frame({});
         ASSERT_TRUE(viewer().work().mesh());
-        EXPECT_EQ(state().hand, Hand::pull);
+        EXPECT_EQ(state().tool, &kPullTool);
     }
     uint64_t labels() { return content_hash(*volume(Work::kLabels)); }
     // Where the mesh is farthest to the right in the axial slice.
@@ -121,7 +122,7 @@ TEST_F(MeshPulling, HasNoCircleOfABrush) {
         return vertices(middle(Panel::coronal) + glm::dvec2(31.0, 17.0)) -
                vertices(glm::dvec2(places_of(state()).tools.low_px) + 5.0);
     };
-    ASSERT_EQ(state().hand, Hand::pull);
+    ASSERT_EQ(state().tool, &kPullTool);
     EXPECT_EQ(circle(), 0);
     key("b");
     EXPECT_GT(circle(), 0);
@@ -180,7 +181,7 @@ TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
     move(at);
     button(true);
     move(to);
-    EXPECT_EQ(state().pulling.held_mm, *held);
+    EXPECT_EQ(state().own.of<Pulling>().held_mm, *held);
     EXPECT_NE(mesh().mesh().positions, before);
     // The goal lies under the pointer, as deep as what was held. The middle of the face is as far
     // beside it as it was, and the pull ends within 0.02 edges of there.

@@ -188,7 +188,7 @@ TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
         const double away_mm =
             kBlockSide * sample_mm; // a block of samples, which changes are told of
         for (int i = stay ? 3 : 0; i < (stay ? 6 : 3); ++i) {
-            state_.hand = Hand::cut;
+            state_.tool = &kCutTool;
             state_.radius_mm = 1.5 * sample_mm;
             const glm::dvec3 at = center + (away_mm + 3.0 * sample_mm) * axial.right +
                                   (away_mm + 3.0 * sample_mm + i * sample_mm) * axial.up;
@@ -321,7 +321,7 @@ TEST_F(PicturesTest, AToolThatMovesLeavesTheRestOfThePictureAsItIs) {
     ASSERT_FALSE(pictures_until_full().empty());
     pictures.want(with_tool(60.0));
     EXPECT_EQ(pictures_until_full(), std::vector<bool>{true});
-    state_.hand = Hand::cut;
+    state_.tool = &kCutTool;
     state_.radius_mm = 10.0;
     for (const auto kind : {Order::Kind::stroke_down, Order::Kind::stroke_up})
         work_.obey({kind, state_.crosshair_mm, 1.0, {}}, state_);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/palpate/view/loop.h"
+#include "apps/palpate/view/tools/tool.h"
 #include "engine/session/default_scene.h"
 #include "tests/support/kept_device.h"
 

@@ -22,11 +22,11 @@ namespace {
 TEST_F(ViewerTest, WidgetsDoWhatTheirNamesSay) {
     open("synthetic:phantom?size=40", {800, 700});
     click_widget("tool/draw");
-    EXPECT_EQ(state().hand, Hand::draw);
+    EXPECT_EQ(state().tool, &kDrawTool);
     click_widget("tool/cut");
-    EXPECT_EQ(state().hand, Hand::cut);
+    EXPECT_EQ(state().tool, &kCutTool);
     click_widget("tool/crosshair");
-    EXPECT_EQ(state().hand, Hand::crosshair);
+    EXPECT_EQ(state().tool, &kCrosshairTool);
     const bool shown = state().labels_shown;
     click_widget("labels/shown");
     EXPECT_NE(state().labels_shown, shown);

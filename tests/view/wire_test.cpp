@@ -94,23 +94,23 @@ TEST(WireTool, ClicksFreezeAndEscapeDrops) {
         hand.release(Button::left);
     };
     click({-30, -30});
-    EXPECT_EQ(hand.state.wiring.frozen.size(), 1u);
+    EXPECT_EQ(hand.state.own.of<Wiring>().frozen.size(), 1u);
     hand.move(middle);
-    EXPECT_EQ(hand.state.wiring.live.size(), 2u) << "follows the pointer";
+    EXPECT_EQ(hand.state.own.of<Wiring>().live.size(), 2u) << "follows the pointer";
     click({40, -30});
-    EXPECT_EQ(hand.state.wiring.frozen.size(), 2u);
+    EXPECT_EQ(hand.state.own.of<Wiring>().frozen.size(), 2u);
     hand.take({.kind = Event::Kind::key, .down = true, .key = "enter"});
     EXPECT_TRUE(hand.orders.empty()) << "two samples have no inside";
     click({40, 30});
     hand.take({.kind = Event::Kind::key, .down = true, .key = "escape"});
-    EXPECT_TRUE(hand.state.wiring.frozen.empty());
+    EXPECT_TRUE(hand.state.own.of<Wiring>().frozen.empty());
     for (const glm::dvec2 by : {glm::dvec2(-30, -30), {40, -30}, {40, 30}})
         click(by);
     click({-29, -29}); // on the first
     ASSERT_EQ(hand.orders.size(), 1u);
     EXPECT_EQ(hand.orders[0].kind, Order::Kind::fill_wire);
-    EXPECT_EQ(hand.state.wiring.closed.size(), 3u);
-    EXPECT_TRUE(hand.state.wiring.frozen.empty());
+    EXPECT_EQ(hand.state.own.of<Wiring>().closed.size(), 3u);
+    EXPECT_TRUE(hand.state.own.of<Wiring>().frozen.empty());
 }
 
 class Wire : public ViewerTest {
@@ -167,7 +167,7 @@ TEST_F(Wire, EscapeDropsIt) {
     draw_round_the_ball("escape");
     EXPECT_EQ(highest_label(), 0.0f);
     EXPECT_EQ(viewer().work().edited().undo_steps, 0u);
-    EXPECT_TRUE(state().wiring.frozen.empty());
+    EXPECT_TRUE(state().own.of<Wiring>().frozen.empty());
 }
 
 const RecordedSteps kWireSessions[] = {

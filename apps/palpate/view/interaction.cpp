@@ -7,9 +7,7 @@
 #include "apps/palpate/view/clip_tool.h"
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/key_presses.h"
-#include "apps/palpate/view/measure_tool.h"
-#include "apps/palpate/view/mesh_tool.h"
-#include "apps/palpate/view/wire_tool.h"
+#include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {
 
@@ -37,37 +35,6 @@ void drag_window(ViewState& state, const Subject& subject, glm::dvec2 by_px) {
     state.window = limited({level - 0.5 * next, level + 0.5 * next}, subject.range);
 }
 
-// The planes other than the panel's own turn with the pointer about the crosshair.
-void turn_planes(ViewState& state, const Grid& grid, Panel panel, glm::dvec2 from_px,
-                 glm::dvec2 to_px) {
-    const glm::dvec2 middle = pixel_of(state, grid, panel, state.crosshair_mm).value();
-    const glm::dvec2 a = from_px - middle, b = to_px - middle;
-    if (glm::length(a) < 2.0 || glm::length(b) < 2.0)
-        return;
-    // Rows count downwards, so that the angle is counter-clockwise with its sign turned.
-    const double angle = std::atan2(-b.y, b.x) - std::atan2(-a.y, a.x);
-    const glm::dvec3 axis = state.slices[static_cast<size_t>(panel)].towards;
-    for (const Panel other : kPanels) {
-        if (!is_slice(other) || other == panel)
-            continue;
-        SliceView& slice = state.slices[static_cast<size_t>(other)];
-        slice.right = glm::normalize(turned(slice.right, axis, angle));
-        slice.towards = glm::normalize(turned(slice.towards, axis, angle));
-        slice.up = glm::cross(slice.towards, slice.right);
-        slice.center_mm =
-            state.crosshair_mm + turned(slice.center_mm - state.crosshair_mm, axis, angle);
-    }
-}
-
-Hand hand_in(const ViewState& state, Panel panel) {
-    return is_slice(panel) ? state.hand : Hand::crosshair;
-}
-
-Order stroke(Order::Kind kind, const ViewState& state, const Subject& subject, Panel panel,
-             double time_s) {
-    return {kind, point_under(state, subject.grid, panel, state.pointer_px), time_s, {}};
-}
-
 void press(Outcome& next, const Event& event, const Subject& subject) {
     ViewState& state = next.state;
     const Panel panel = *state.under;
@@ -81,43 +48,26 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
                            glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px;
         state.pressed_s = twice ? -1e9 : event.time_s;
         state.pressed_px = state.pointer_px;
-        const Hand hand = hand_in(state, panel);
-        if (twice && hand == Hand::crosshair && !state.w_held) {
+        const ToolEvent at{next, event, subject, panel, twice};
+        const bool maximises = !is_slice(panel) || state.tool == &kCrosshairTool;
+        std::optional<Drag::Kind> taken;
+        drag.tool = state.tool;
+        if (twice && maximises && !state.w_held) {
             state.alone = state.alone ? std::nullopt : std::optional(panel);
-            drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
+            drag.kind = Drag::Kind::nothing;
         } else if (press_clip(state, subject, panel)) {
             drag.kind = Drag::Kind::clip;
-        } else if (state.hand == Hand::measure && !state.w_held &&
-                   press_measure(state, subject, panel, twice)) {
-            drag.kind = Drag::Kind::measure;
-        } else if (state.hand == Hand::pull && !state.w_held && !state.stylus.by_pointer &&
-                   press_mesh(next, event, subject, panel)) {
-            drag.kind = Drag::Kind::pull;
+        } else if (!state.w_held && state.tool->press && (taken = state.tool->press(at))) {
+            drag.kind = *taken;
         } else if (!is_slice(panel)) {
             drag.kind = event.modifiers.shift  ? Drag::Kind::pan
                         : event.modifiers.ctrl ? Drag::Kind::roll
                                                : Drag::Kind::rotate;
         } else if (state.w_held) {
             drag.kind = Drag::Kind::window;
-        } else if (hand == Hand::wire) {
-            press_wire(next, event, subject, panel, twice);
-            drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
-        } else if (hand != Hand::crosshair && hand != Hand::measure && hand != Hand::pull) {
-            drag.kind = Drag::Kind::stroke;
-            next.orders.push_back(
-                stroke(Order::Kind::stroke_down, state, subject, panel, event.time_s));
         } else {
-            const std::vector<Handle> handles = state.crosshair_shown
-                                                    ? handles_of(state, subject.grid, panel)
-                                                    : std::vector<Handle>{};
-            const bool on_handle =
-                std::any_of(handles.begin(), handles.end(), [&](const Handle& handle) {
-                    return glm::distance(handle.at_px, state.pointer_px) <= kHandle_px;
-                });
-            drag.kind = on_handle ? Drag::Kind::turn : Drag::Kind::crosshair;
-            if (!on_handle)
-                move_crosshair(state, subject.grid,
-                               point_under(state, subject.grid, panel, state.pointer_px));
+            drag.tool = &kCrosshairTool;
+            drag.kind = kCrosshairTool.press(at).value();
         }
     }
     state.drag = drag;
@@ -134,9 +84,6 @@ void drag_on(Outcome& next, const Event& event, const Subject& subject) {
     const glm::dvec2 size(box->size_px);
     const auto slice = static_cast<size_t>(drag.panel);
     switch (drag.kind) {
-        case Drag::Kind::crosshair:
-            move_crosshair(state, grid, point_under(state, grid, drag.panel, to));
-            break;
         case Drag::Kind::window:
             drag_window(state, subject, by);
             break;
@@ -164,23 +111,15 @@ void drag_on(Outcome& next, const Event& event, const Subject& subject) {
             roll(state.camera, from - middle, to - middle);
             break;
         }
-        case Drag::Kind::stroke:
-            next.orders.push_back(
-                stroke(Order::Kind::stroke_move, state, subject, drag.panel, event.time_s));
-            break;
-        case Drag::Kind::turn:
-            turn_planes(state, grid, drag.panel, from, to);
-            break;
         case Drag::Kind::clip:
             drag_clip(state, subject, drag.panel);
             break;
-        case Drag::Kind::measure:
-            drag_measure(state, subject, drag.panel);
+        case Drag::Kind::tool:
+        case Drag::Kind::turn:
+            if (drag.tool->drag)
+                drag.tool->drag({next, event, subject, drag.panel});
             break;
-        case Drag::Kind::pull:
-            drag_mesh(next, event, subject, drag.panel);
-            break;
-        case Drag::Kind::maximise:
+        case Drag::Kind::nothing:
             break;
     }
     drag.last_px = to;
@@ -190,21 +129,13 @@ void release(Outcome& next, const Event& event, const Subject& subject) {
     ViewState& state = next.state;
     if (!state.drag || state.drag->button != event.button)
         return;
-    if (state.drag->kind == Drag::Kind::stroke)
-        next.orders.push_back(
-            {Order::Kind::stroke_up,
-             box_of(state, state.drag->panel)
-                 ? point_under(state, subject.grid, state.drag->panel, state.drag->last_px)
-                 : state.crosshair_mm,
-             event.time_s,
-             {}});
-    if (state.drag->kind == Drag::Kind::pull)
-        next.orders.push_back({Order::Kind::pull_up, {}, event.time_s});
-    const bool clicks = glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px &&
-                        state.drag->kind == Drag::Kind::rotate;
-    if (state.hand == Hand::measure && (clicks || state.drag->kind == Drag::Kind::measure) &&
-        box_of(state, state.drag->panel))
-        release_measure(state, subject, state.drag->panel, clicks);
+    const Drag& drag = *state.drag;
+    const ToolEvent at{next, event, subject, drag.panel};
+    if (drag.kind == Drag::Kind::tool && drag.tool->release)
+        drag.tool->release(at);
+    if (drag.kind == Drag::Kind::rotate && state.tool->click && box_of(state, drag.panel) &&
+        glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px)
+        state.tool->click(at);
     state.clipping.held.reset();
     state.drag.reset();
 }
@@ -263,8 +194,8 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
                 hover(state, subject);
             else if (state.stylus.by_pointer)
                 point_hand(state, subject);
-            if (!state.drag)
-                follow_wire(state, subject);
+            if (!state.drag && state.tool->hover)
+                state.tool->hover(state, subject);
             move_cursor(state, subject);
             break;
         case Event::Kind::button:

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interaction.h"
-#include "apps/palpate/view/measure_tool.h"
+#include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {
 
@@ -175,7 +175,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     draw_tools(state, work, orders);
     if (!bound_held_ && !work.segmenting()) // taken, or no longer shown
         state.segmenting.preview.reset();
-    tell_measure(state, work);
+    tell_tool(state, work);
     draw_status(state, work);
     draw_touch(state, work, orders);
     draw_help(state);
@@ -188,9 +188,9 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         draw_marks(behind, state, work, view.panel, view.box,
                    pictures[static_cast<size_t>(view.panel)], texts_);
         draw_clips(behind, state, work, view.panel, view.box);
-        draw_measures(behind, state, work, view.panel, view.box);
-        draw_wire(behind, state, work.subject().grid, view.panel, view.box);
-        draw_mesh(behind, state, work, view.panel, view.box);
+        for (const Tool* tool : tools())
+            if (tool->marks)
+                tool->marks(behind, state, work, view.panel, view.box);
         draw_hand_marks(behind, state, work, view.panel, view.box);
     }
     ImGui::Render();
@@ -201,14 +201,13 @@ const ImDrawData& Interface::lists() const {
     return *ImGui::GetDrawData();
 }
 
-// The measuring tool looks the same whatever its kind: the line at the bottom has the kind when it
-// is taken into the hand, by a key or in the panel.
-void Interface::tell_measure(const ViewState& state, Work& work) {
-    std::optional<MeasureKind> kind;
-    if (state.hand == Hand::measure)
-        kind = state.measuring.kind;
-    if (std::exchange(measure_kind_, kind) != kind && kind)
-        work.tell(fmt::format("measure: {}; {}", name_of(*kind), placing_of(*kind)));
+// Kinds of a tool look the same over the views: the line at the bottom has the kind when it is
+// taken into the hand, by a key or in the panel.
+void Interface::tell_tool(const ViewState& state, Work& work) {
+    std::string now = state.tool->how_to ? state.tool->how_to(state) : "";
+    if (now != how_to_ && !now.empty())
+        work.tell(now);
+    how_to_ = std::move(now);
 }
 
 void Interface::draw_status(const ViewState& state, Work& work) {

@@ -102,7 +102,7 @@ class Interface {
     void draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_slices(ViewState& state, Work& work);
     void draw_stereo(ViewState& state);
-    void tell_measure(const ViewState& state, Work& work);
+    void tell_tool(const ViewState& state, Work& work);
     void draw_status(const ViewState& state, Work& work);
     void draw_long_message(const ViewState& state, const std::string& told);
     void draw_help(ViewState& state);
@@ -134,11 +134,11 @@ class Interface {
     const SeriesPreviews* previews_ = nullptr;
     std::vector<std::string> devices_; // of hands, as they were at a time
     double devices_at_s_ = -1e9;
-    std::array<char, 64> sought_{};           // a part of the names of labels
-    std::optional<MeasureKind> measure_kind_; // in the hand, in the last frame
-    bool bound_held_ = false;                 // of a segmentation, in this frame
-    GreyWindow ends_before_;                  // of drag_ends(), before a field was taken hold of
-    std::string clamped_; // that a typed end was beyond its limits; empty: it was not
+    std::array<char, 64> sought_{}; // a part of the names of labels
+    std::string how_to_;            // use the tool that was in the hand in the last frame
+    bool bound_held_ = false;       // of a segmentation, in this frame
+    GreyWindow ends_before_;        // of drag_ends(), before a field was taken hold of
+    std::string clamped_;           // that a typed end was beyond its limits; empty: it was not
 };
 
 // A small table.
@@ -151,18 +151,9 @@ void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel pane
 
 // Clip planes over a view.
 void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box);
-// Measures over a view.
-void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
-                   const Box& box);
 
 // The tool of a hand over a view, at the proxy: its outline, the probe and the force.
 void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                      const Box& box);
-// The mesh that is pulled.
-void draw_mesh(ImDrawList& list, const ViewState& state, const Work& work, Panel panel,
-               const Box& box);
-// The contour of the live-wire tool.
-void draw_wire(ImDrawList& list, const ViewState& state, const Grid& grid, Panel panel,
-               const Box& box);
 
 } // namespace palpate::view

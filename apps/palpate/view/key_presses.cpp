@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/hand_pointer.h"
-#include "apps/palpate/view/measure_tool.h"
-#include "apps/palpate/view/wire_tool.h"
+#include "apps/palpate/view/tools/tool.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
 
@@ -67,20 +66,6 @@ void press_key(ViewState& state, const std::string& key, bool shift, const Subje
         state.radius_mm = std::min(state.radius_mm * kSizeStep, 100.0);
     } else if (key == "-") {
         state.radius_mm = std::max(state.radius_mm / kSizeStep, 0.1);
-    } else if (key == "c") {
-        state.hand = Hand::crosshair;
-        state.stylus.first = Carve::nothing;
-    } else if (key == "b") {
-        state.hand = Hand::draw;
-        state.stylus.first = Carve::draw;
-    } else if (key == "e") {
-        state.hand = Hand::erase;
-        state.stylus.first = Carve::erase;
-    } else if (key == "x") {
-        state.hand = Hand::cut;
-        state.stylus.first = Carve::cut;
-    } else if (key == "q") {
-        state.hand = Hand::seed;
     } else if (key == "f") {
         state.alone = state.alone ? std::nullopt : state.under;
     } else if (key == "l") {
@@ -127,6 +112,12 @@ void page(ViewState& state, const Grid& grid, Panel panel, double layers) {
     move_crosshair(state, grid, state.crosshair_mm + layers * layer_step_mm(grid, away) * away);
 }
 
+// The first tool that has begun something drops it. False: none has.
+static bool cancel_tools(ViewState& state) {
+    return std::any_of(tools().begin(), tools().end(),
+                       [&](const Tool* tool) { return tool->cancel && tool->cancel(state); });
+}
+
 // While it is asked where to save. Escape and Ctrl+S count whichever text field has the keys.
 static void press_saving_key(Outcome& next, const Event& event) {
     if (event.key == "escape")
@@ -151,18 +142,15 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     if (!event.down || event.for_widget)
         return;
     if (event.key == "escape") {
-        if (state.drag && state.drag->kind == Drag::Kind::stroke)
-            next.orders.push_back({Order::Kind::stroke_cancel, {}, event.time_s, {}});
-        else if (state.drag && state.drag->kind == Drag::Kind::pull)
-            order(Order::Kind::pull_cancel);
-        else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_measure(state) &&
-                 !cancel_wire(state) && !std::exchange(state.browser_open, false) &&
+        if (state.drag && state.drag->kind == Drag::Kind::tool && state.drag->tool->abort)
+            state.drag->tool->abort({next, event, subject, state.drag->panel});
+        else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_tools(state) &&
+                 !std::exchange(state.browser_open, false) &&
                  !std::exchange(state.series_open, false) &&
                  !std::exchange(state.leaving, std::nullopt) &&
                  !std::exchange(state.recovered_steps, 0))
             state.alone.reset();
         state.drag.reset();
-        state.measuring.held.reset();
         state.clipping.held.reset();
         return;
     }
@@ -178,9 +166,11 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     if (event.key == "space" && state.stylus.on)
         return order(Order::Kind::hand_arm);
     if (!event.modifiers.ctrl) {
-        if (press_measure_key(state, event.key) || press_wire_key(next, event, subject))
-            return;
-        press_key(state, event.key, event.modifiers.shift, subject);
+        const bool is_taken = std::any_of(tools().begin(), tools().end(), [&](const Tool* tool) {
+            return tool->use_key && tool->use_key(next, event, subject);
+        });
+        if (!is_taken && !take_tool(state, event.key))
+            press_key(state, event.key, event.modifiers.shift, subject);
         return;
     }
     if (event.key == "o") {

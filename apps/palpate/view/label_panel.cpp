@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/tools/tool.h"
 #include "apps/palpate/view/widgets.h"
 #include "engine/measure/measure_report.h"
 
@@ -79,7 +80,7 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
     ImGui::BeginDisabled(next == 0);
     if (ImGui::SmallButton("new label")) {
         state.label = static_cast<uint16_t>(next);
-        state.hand = Hand::draw;
+        state.tool = &kDrawTool;
         sought_ = {}; // it would leave the new one out
     }
     ImGui::EndDisabled();

@@ -8,6 +8,7 @@
 #include "apps/palpate/view/interaction.h"
 #include "apps/palpate/view/interface.h"
 #include "apps/palpate/view/mark_drawing.h"
+#include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {
 
@@ -125,7 +126,7 @@ struct Marks {
                 list.AddLine(to_im(at + side * kOpen_px * along), to_im(at + side * far * along),
                              color_of(other, 150));
         }
-        const bool turns = state.under == panel && state.hand == Hand::crosshair;
+        const bool turns = state.under == panel && state.tool == &kCrosshairTool;
         if (turns || (state.drag && state.drag->kind == Drag::Kind::turn))
             for (const Handle& handle : handles_of(state, grid(), panel))
                 list.AddCircle(to_im(handle.at_px + 0.5), static_cast<float>(kHandle_px) - 2.0f,
@@ -194,9 +195,7 @@ struct Marks {
     }
 
     void tool() const {
-        const bool has_radius = state.hand == Hand::draw || state.hand == Hand::erase ||
-                                state.hand == Hand::cut || state.hand == Hand::seed;
-        if (!has_radius || state.under != panel)
+        if (!state.tool->has_radius || state.under != panel)
             return;
         const double radius = state.radius_mm / mm_per_px(slice(), grid(), glm::ivec2(size));
         draw_circle(list, state.pointer_px + 0.5, std::max(radius, 1.0), kMarkTool, 1.5f);

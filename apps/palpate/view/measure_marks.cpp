@@ -140,7 +140,7 @@ void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel p
         const Measure& measure = measuring.measures[i];
         draw.color = measuring.selected == i ? kMarkChosen : kLine;
         draw.lines(measure);
-        const bool is_held = measuring.selected == i || state.hand == Hand::measure;
+        const bool is_held = measuring.selected == i || state.tool == &kMeasureTool;
         if (is_held && (is_slice(panel) || measure.kind != MeasureKind::polygon))
             for (const glm::dvec3 p : measure.points_mm)
                 draw.handle(p);

@@ -46,15 +46,15 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
          {MeasureKind::ruler, MeasureKind::angle, MeasureKind::polygon, MeasureKind::sphere}) {
         if (kind == MeasureKind::angle || kind == MeasureKind::sphere) // two rows of two
             ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-        const bool is_it = state.hand == Hand::measure && measuring.kind == kind;
+        const bool is_it = state.tool == &kMeasureTool && measuring.kind == kind;
         if (ImGui::RadioButton(name_of(kind), is_it)) {
-            state.hand = Hand::measure;
+            state.tool = &kMeasureTool;
             measuring.kind = kind;
             measuring.begun.clear();
         }
         note(fmt::format("measure/{}", name_of(kind)).c_str());
     }
-    hint(state.hand == Hand::measure ? placing_of(measuring.kind)
+    hint(state.tool == &kMeasureTool ? placing_of(measuring.kind)
                                      : "M takes the tool into the hand");
     ImGui::Separator();
     if (measuring.measures.empty())

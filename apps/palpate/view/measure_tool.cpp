@@ -82,21 +82,26 @@ std::vector<MeasureHandle> measure_handles(const ViewState& state, const Grid& g
     return handles;
 }
 
-bool press_measure(ViewState& state, const Subject& subject, Panel panel, bool twice) {
+namespace {
+
+std::optional<Drag::Kind> press_measure(const ToolEvent& at) {
+    ViewState& state = at.state();
+    const Subject& subject = at.subject;
+    const Panel panel = at.panel;
     Measuring& measuring = state.measuring;
     if (measuring.begun.empty())
         if (const auto handle = handle_under(state, subject.grid, panel)) {
             measuring.selected = handle->measure;
             measuring.held = handle->point;
-            return true;
+            return Drag::Kind::tool;
         }
     if (!is_slice(panel))
-        return false; // the camera turns; a click is told by release_measure()
-    glm::dvec3 point = point_under(state, subject.grid, panel, state.pointer_px);
+        return std::nullopt; // the camera turns; click_measure() is told of a click
+    glm::dvec3 point = at.point_mm();
     const glm::dvec3 towards = state.slices[static_cast<size_t>(panel)].towards;
     if (measuring.kind != MeasureKind::polygon) {
         add_point(measuring, point);
-        return true;
+        return Drag::Kind::tool;
     }
     auto& begun = measuring.begun;
     if (begun.empty()) {
@@ -104,20 +109,22 @@ bool press_measure(ViewState& state, const Subject& subject, Panel panel, bool t
     } else {
         const auto met = on_plane(point, towards, begun.front(), measuring.normal);
         if (!met)
-            return true; // another slice, across the polygon's plane
+            return Drag::Kind::tool; // another slice, across the polygon's plane
         point = *met;
     }
     const auto first =
         begun.empty() ? std::nullopt : pixel_of(state, subject.grid, panel, begun.front());
     const bool closes = first && glm::distance(*first, state.pointer_px) <= kMeasureHandle_px;
-    if (begun.size() >= 3 && (twice || closes))
+    if (begun.size() >= 3 && (at.twice || closes))
         finish(measuring);
-    else if (!twice)
+    else if (!at.twice)
         add_point(measuring, point);
-    return true;
+    return Drag::Kind::tool;
 }
 
-void drag_measure(ViewState& state, const Subject& subject, Panel panel) {
+void drag_measure(const ToolEvent& at) {
+    ViewState& state = at.state();
+    const Panel panel = at.panel;
     Measuring& measuring = state.measuring;
     if (!measuring.held || !measuring.selected)
         return;
@@ -129,11 +136,11 @@ void drag_measure(ViewState& state, const Subject& subject, Panel panel) {
         const glm::dvec3 towards = state.slices[static_cast<size_t>(panel)].towards;
         const bool in_own_plane = measure.kind == MeasureKind::polygon &&
                                   plane_normal(measure.points_mm) != glm::dvec3(0.0);
-        to = on_plane(point_under(state, subject.grid, panel, state.pointer_px), towards, point,
+        to = on_plane(at.point_mm(), towards, point,
                       in_own_plane ? plane_normal(measure.points_mm) : towards);
     } else {
         if (!is_sphere || *measuring.held == 0)
-            to = seen_under(state, subject, panel);
+            to = seen_under(state, at.subject, panel);
         const Ray ray = ray_under(state, panel);
         if (!to)
             to = on_plane(ray.origin_mm, ray.direction, point,
@@ -149,27 +156,24 @@ void drag_measure(ViewState& state, const Subject& subject, Panel panel) {
         measure = std::move(moved);
 }
 
-void release_measure(ViewState& state, const Subject& subject, Panel panel, bool clicks) {
+void release_measure(const ToolEvent& at) {
+    ViewState& state = at.state();
     Measuring& measuring = state.measuring;
-    if (std::exchange(measuring.held, std::nullopt))
+    if (std::exchange(measuring.held, std::nullopt) || !is_slice(at.panel) ||
+        !box_of(state, at.panel))
         return;
-    if (is_slice(panel)) {
-        const bool in_one_drag = measuring.begun.size() == 1 &&
-                                 points_needed(measuring.kind) == 2 &&
-                                 glm::distance(state.pointer_px, state.pressed_px) > kOneDrag_px;
-        if (in_one_drag)
-            add_point(measuring, point_under(state, subject.grid, panel, state.pointer_px));
-    } else if (clicks && measuring.kind != MeasureKind::polygon) {
-        if (const auto seen = seen_under(state, subject, panel))
-            add_point(measuring, *seen);
-    }
+    const bool in_one_drag = measuring.begun.size() == 1 && points_needed(measuring.kind) == 2 &&
+                             glm::distance(state.pointer_px, state.pressed_px) > kOneDrag_px;
+    if (in_one_drag)
+        add_point(measuring, at.point_mm());
 }
 
-const char* placing_of(MeasureKind kind) {
-    constexpr const char* hints[] = {"click or drag both ends", "click end, vertex, end",
-                                     "click corners in a slice; Enter or a double click ends",
-                                     "drag from the centre to the rim"};
-    return hints[static_cast<size_t>(kind)];
+void click_measure(const ToolEvent& at) {
+    ViewState& state = at.state();
+    if (state.measuring.kind == MeasureKind::polygon) // is drawn in slices
+        return;
+    if (const auto seen = seen_under(state, at.subject, at.panel))
+        add_point(state.measuring, *seen);
 }
 
 bool cancel_measure(ViewState& state) {
@@ -181,15 +185,16 @@ bool cancel_measure(ViewState& state) {
     return std::exchange(measuring.selected, std::nullopt).has_value();
 }
 
-bool press_measure_key(ViewState& state, const std::string& key) {
+void take_measure(ViewState& state, bool again) {
     Measuring& measuring = state.measuring;
-    if (key == "m") {
-        if (state.hand == Hand::measure)
-            measuring.kind = static_cast<MeasureKind>((static_cast<int>(measuring.kind) + 1) % 4);
-        measuring.begun.clear();
-        state.hand = Hand::measure;
-        return true;
-    }
+    if (again)
+        measuring.kind = static_cast<MeasureKind>((static_cast<int>(measuring.kind) + 1) % 4);
+    measuring.begun.clear();
+}
+
+bool use_measure_key(Outcome& next, const Event& event, const Subject&) {
+    Measuring& measuring = next.state.measuring;
+    const std::string& key = event.key;
     if ((key == "delete" || key == "backspace") && measuring.selected) {
         measuring.measures.erase(measuring.measures.begin() +
                                  static_cast<ptrdiff_t>(*measuring.selected));
@@ -202,5 +207,41 @@ bool press_measure_key(ViewState& state, const std::string& key) {
     }
     return false;
 }
+
+std::string kind_of_measure(const ViewState& state) {
+    return name_of(state.measuring.kind);
+}
+
+std::string how_to_measure(const ViewState& state) {
+    return fmt::format("measure: {}; {}", name_of(state.measuring.kind),
+                       placing_of(state.measuring.kind));
+}
+
+} // namespace
+
+const char* placing_of(MeasureKind kind) {
+    constexpr const char* hints[] = {"click or drag both ends", "click end, vertex, end",
+                                     "click corners in a slice; Enter or a double click ends",
+                                     "drag from the centre to the rim"};
+    return hints[static_cast<size_t>(kind)];
+}
+
+constinit const Tool kMeasureTool{
+    .name = "measure",
+    .title = "measure",
+    .key = "m",
+    .help = "ruler, angle, polygon, sphere (tab measure)",
+    .press = press_measure,
+    .drag = drag_measure,
+    .release = release_measure,
+    .abort = [](const ToolEvent& at) { at.state().measuring.held.reset(); },
+    .click = click_measure,
+    .cancel = cancel_measure,
+    .use_key = use_measure_key,
+    .take = take_measure,
+    .marks = draw_measures,
+    .how_to = how_to_measure,
+    .kind = kind_of_measure,
+};
 
 } // namespace palpate::view

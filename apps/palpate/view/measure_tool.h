@@ -1,11 +1,10 @@
 #pragma once
 
-#include "apps/palpate/view/state.h"
+#include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {
 
-// The measuring tool: what the left button and keys do while it is in the hand. Pure, as after()
-// is.
+// The measuring tool.
 //
 // In slices a press puts a point into the plane; a ruler or a sphere can be drawn in one drag. In
 // 3D a click puts it on what is seen there, and drags turn the camera; polygons are drawn in
@@ -22,16 +21,9 @@ constexpr double kMeasureHandle_px = 8.0; // how near a press has to be
 // Those of a slice lie in its plane, within half a layer of samples.
 std::vector<MeasureHandle> measure_handles(const ViewState& state, const Grid& grid, Panel panel);
 
-// A press of the left button in a panel. False: the tool does nothing with it. `twice`: of a double
-// click.
-bool press_measure(ViewState& state, const Subject& subject, Panel panel, bool twice);
-void drag_measure(ViewState& state, const Subject& subject, Panel panel);
-// `clicks`: the pointer has not moved since the press.
-void release_measure(ViewState& state, const Subject& subject, Panel panel, bool clicks);
-// False: nothing was under way or selected.
-bool cancel_measure(ViewState& state);
-// Delete, Backspace, Enter, M. False: the key is another's.
-bool press_measure_key(ViewState& state, const std::string& key);
+extern const Tool kMeasureTool;
+void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
+                   const Box& box);
 
 // How a measure of a kind is placed: "click end, vertex, end".
 const char* placing_of(MeasureKind kind);

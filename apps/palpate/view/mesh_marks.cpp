@@ -2,12 +2,12 @@
 
 #include "apps/palpate/view/interface.h"
 #include "apps/palpate/view/mark_drawing.h"
+#include "apps/palpate/view/mesh_tool.h"
 
 namespace palpate::view {
 
-void draw_mesh(ImDrawList& list, const ViewState& state, const Work& work, Panel panel,
-               const Box& box) {
-    if (!(state.hand == Hand::pull || state.stylus.can(Carve::pull)) || !work.mesh() ||
+void draw_mesh(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box) {
+    if (!(state.tool == &kPullTool || state.stylus.can(Carve::pull)) || !work.mesh() ||
         !is_slice(panel))
         return;
     const glm::dvec2 low(box.low_px), high = low + glm::dvec2(box.size_px);

@@ -4,34 +4,36 @@ namespace palpate::view {
 
 namespace {
 constexpr double kGrip_px = 12.0; // in slices: as far from the mesh
-} // namespace
 
-bool press_mesh(Outcome& next, const Event& event, const Subject& subject, Panel panel) {
-    ViewState& state = next.state;
+std::optional<Drag::Kind> press_mesh(const ToolEvent& at) {
+    ViewState& state = at.state();
+    const Subject& subject = at.subject;
+    const Panel panel = at.panel;
     std::optional<glm::dvec3> met;
+    if (state.stylus.by_pointer) // the left button is the hand's
+        return std::nullopt;
     if (!is_slice(panel)) {
         if (subject.mesh_met)
             met = subject.mesh_met(ray_under(state, state.pointer_px));
     } else if (subject.mesh_near) {
         const double px = mm_per_px(state.slices[static_cast<size_t>(panel)], subject.grid,
                                     box_of(state, panel).value().size_px);
-        met = subject.mesh_near(point_under(state, subject.grid, panel, state.pointer_px),
-                                kGrip_px * px);
+        met = subject.mesh_near(at.point_mm(), kGrip_px * px);
     }
     if (!met)
-        return false;
-    state.pulling.held_mm = *met;
-    next.orders.push_back({Order::Kind::pull_down, *met, event.time_s});
-    return true;
+        return std::nullopt;
+    state.own.of<Pulling>().held_mm = *met;
+    at.order(Order::Kind::pull_down, *met);
+    return Drag::Kind::tool;
 }
 
-void drag_mesh(Outcome& next, const Event& event, const Subject& subject, Panel panel) {
-    ViewState& state = next.state;
-    const glm::dvec3 held = state.pulling.held_mm;
+void drag_mesh(const ToolEvent& at) {
+    const ViewState& state = at.state();
+    const glm::dvec3 held = state.own.of<Pulling>().held_mm;
     glm::dvec3 goal;
-    if (is_slice(panel)) {
-        goal = point_under(state, subject.grid, panel, state.pointer_px);
-        const glm::dvec3 towards = state.slices[static_cast<size_t>(panel)].towards;
+    if (is_slice(at.panel)) {
+        goal = at.point_mm();
+        const glm::dvec3 towards = state.slices[static_cast<size_t>(at.panel)].towards;
         goal += glm::dot(held - goal, towards) * towards; // as far from the plane as it was
     } else {
         const Ray ray = ray_under(state, state.pointer_px);
@@ -41,7 +43,21 @@ void drag_mesh(Outcome& next, const Event& event, const Subject& subject, Panel 
             return;
         goal = ray.origin_mm + glm::dot(held - ray.origin_mm, away) / along * ray.direction;
     }
-    next.orders.push_back({Order::Kind::pull_move, goal, event.time_s});
+    at.order(Order::Kind::pull_move, goal);
 }
+
+} // namespace
+
+constinit const Tool kPullTool{
+    .name = "pull",
+    .title = nullptr, // a mesh comes first: the tab segment has both
+    .key = nullptr,
+    .help = "pulls the mesh of a label",
+    .press = press_mesh,
+    .drag = drag_mesh,
+    .release = [](const ToolEvent& at) { at.order(Order::Kind::pull_up); },
+    .abort = [](const ToolEvent& at) { at.order(Order::Kind::pull_cancel); },
+    .marks = draw_mesh,
+};
 
 } // namespace palpate::view

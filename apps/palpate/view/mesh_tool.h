@@ -1,15 +1,22 @@
 #pragma once
 
-#include "apps/palpate/view/interaction.h"
+#include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {
 
-// The tool that pulls the mesh of an object: what a drag of the left button does. Pure, as after()
-// is. In 3D a press takes the mesh where the pointer meets it, in a slice where it is near; what is
-// held then follows the pointer, across the view or in the slice's plane.
+// How the mesh of an object is pulled. The state of its tool, and of a hand that pulls.
+struct Pulling {
+    uint32_t reach = 3;      // of the patch: faces away from the one that is held
+    glm::dvec3 held_mm{0.0}; // where the mesh was taken, by the drag under way or the last one
 
-// False: no mesh is there.
-bool press_mesh(Outcome& next, const Event& event, const Subject& subject, Panel panel);
-void drag_mesh(Outcome& next, const Event& event, const Subject& subject, Panel panel);
+    friend bool operator==(const Pulling&, const Pulling&) = default;
+};
+
+// The tool that pulls the mesh of an object. In 3D a press takes the mesh where the pointer meets
+// it, in a slice where it is near; what is held then follows the pointer, across the view or in the
+// slice's plane.
+extern const Tool kPullTool;
+
+void draw_mesh(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box);
 
 } // namespace palpate::view

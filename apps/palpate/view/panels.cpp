@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/tools/tool.h"
 #include "apps/palpate/view/widgets.h"
 #include "engine/session/default_scene.h"
 
@@ -105,31 +106,27 @@ void Interface::draw_tabs(ViewState& state) {
 }
 
 void Interface::draw_hands(ViewState& state) {
-    struct Tool {
-        Hand hand;
-        const char *name, *purpose;
-    };
-    constexpr Tool tools[] = {
-        {Hand::crosshair, "crosshair", "C: shows one place in all views"},
-        {Hand::measure, "measure", "M: ruler, angle, polygon, sphere (tab measure)"},
-        {Hand::draw, "draw", "B: draws the label"},
-        {Hand::erase, "erase", "E: sets labels to 0"},
-        {Hand::wire, "live-wire", "U: a contour along edges; click: freeze, Enter: fill"},
-        {Hand::seed, "seeds", "Q: where objects are, for a segmentation (tab segment)"},
-        {Hand::cut, "cut", "X: cuts grey values away"}};
-    for (size_t i = 0; i < std::size(tools); ++i) {
-        if (i % 2 == 1) // two columns
+    size_t buttons = 0;
+    const auto next_column = [&] { // of two
+        if (buttons % 2 == 1)
             ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-        const std::string name = fmt::format("{}##tool", tools[i].name); // a tab is named as one is
-        if (ImGui::RadioButton(name.c_str(), state.hand == tools[i].hand))
-            state.hand = tools[i].hand;
+    };
+    for (const Tool* tool : tools()) {
+        if (!tool->title)
+            continue;
+        next_column();
+        const std::string name = fmt::format("{}##tool", tool->title); // a tab is named as one is
+        if (ImGui::RadioButton(name.c_str(), state.tool == tool))
+            state.tool = tool;
         if (ImGui::IsItemHovered())
-            ImGui::SetTooltip("%s", tools[i].purpose);
-        note(fmt::format("tool/{}", name_of(tools[i].hand)).c_str());
+            ImGui::SetTooltip("%s", help_of(*tool).c_str());
+        note(fmt::format("tool/{}", tool->name).c_str());
+        ++buttons;
     }
-    if (state.hand == Hand::measure) { // beside the last one: M goes through the kinds
-        ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-        const std::string kind = name_of(state.measuring.kind), whole = "measure: " + kind;
+    if (state.tool->kind) { // beside the last one
+        next_column();
+        const std::string kind = state.tool->kind(state);
+        const std::string whole = fmt::format("{}: {}", state.tool->title, kind);
         const bool fits = ImGui::CalcTextSize(whole.c_str()).x <= ImGui::GetContentRegionAvail().x;
         ImGui::TextDisabled("%s", (fits ? whole : kind).c_str());
         note("tool/kind");

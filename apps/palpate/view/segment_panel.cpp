@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mesh_tool.h"
 #include "apps/palpate/view/widgets.h"
+#include "apps/palpate/view/wire_tool.h"
 
 namespace palpate::view {
 
@@ -17,9 +19,9 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
     for (const auto& [name, brush] : brushes) {
         if (brush != SeedBrush::inside)
             ImGui::SameLine();
-        const bool is_it = state.hand == Hand::seed && state.segmenting.brush == brush;
+        const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
         if (ImGui::RadioButton(name, is_it)) {
-            state.hand = Hand::seed;
+            state.tool = &kSeedTool;
             state.segmenting.brush = brush;
         }
         note(fmt::format("segment/{}", name).c_str());
@@ -155,8 +157,8 @@ void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Ord
         draw_mesh_pulling(state, work, orders);
     if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
         return;
-    if (ImGui::RadioButton("contour along edges", state.hand == Hand::wire))
-        state.hand = Hand::wire;
+    if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
+        state.tool = &kWireTool;
     note("segment/wire");
     hint("click in a slice: freeze; Enter or double click: fill with the label");
 }
@@ -180,15 +182,16 @@ void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Orde
     if (!work.mesh()) {
         const std::string name = fmt::format("mesh of label {}", state.label);
         if (button(name.c_str(), "make", Order::Kind::mesh_make))
-            state.hand = Hand::pull;
+            state.tool = &kPullTool;
         return;
     }
-    if (ImGui::RadioButton("pull faces", state.hand == Hand::pull))
-        state.hand = Hand::pull;
+    if (ImGui::RadioButton("pull faces", state.tool == &kPullTool))
+        state.tool = &kPullTool;
     note("mesh/pull");
-    int reach = static_cast<int>(state.pulling.reach);
+    Pulling& pulling = state.own.of<Pulling>();
+    int reach = static_cast<int>(pulling.reach);
     if (ImGui::SliderInt("patch", &reach, 0, 12, "%d faces", ImGuiSliderFlags_AlwaysClamp))
-        state.pulling.reach = static_cast<uint32_t>(reach);
+        pulling.reach = static_cast<uint32_t>(reach);
     note("mesh/reach");
     button(fmt::format("into label {}", work.mesh()->label()).c_str(), "apply",
            Order::Kind::mesh_apply);

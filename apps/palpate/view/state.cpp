@@ -5,12 +5,6 @@
 
 namespace palpate::view {
 
-const char* name_of(Hand hand) {
-    constexpr const char* names[] = {"crosshair", "draw",    "erase", "cut",
-                                     "seed",      "measure", "wire",  "pull"};
-    return names[static_cast<size_t>(hand)];
-}
-
 const char* name_of(Tab tab) {
     constexpr const char* names[] = {"view",    "curve", "labels", "segment",
                                      "measure", "clip",  "file"};

@@ -13,28 +13,18 @@
 #include "apps/palpate/view/live_surface.h"
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
-#include "apps/palpate/view/pulling.h"
 #include "apps/palpate/view/segmenting.h"
 #include "apps/palpate/view/slice_view.h"
 #include "apps/palpate/view/stereo_view.h"
 #include "apps/palpate/view/stylus.h"
+#include "apps/palpate/view/tools/tool_states.h"
 #include "apps/palpate/view/transfer_editor.h"
-#include "apps/palpate/view/wiring.h"
 #include "engine/scene/scene.h"
 
 namespace palpate::view {
 
-enum class Hand {
-    crosshair,
-    draw,
-    erase,
-    cut,
-    seed,
-    measure,
-    wire,
-    pull
-}; // what the left button does in slices
-const char* name_of(Hand hand);
+struct Tool; // of the left button: tools/tool.h
+extern const Tool kCrosshairTool;
 
 enum class Tab { view, transfer, labels, segment, measure, clip, file }; // of the side panel
 const char* name_of(Tab tab);
@@ -61,23 +51,21 @@ bool are_whole_enough(ValueRange range);
 // A move of the mouse with a button pressed, from its press on.
 struct Drag {
     enum class Kind {
-        crosshair,
         window,
         pan,
         zoom,
         rotate,
         roll,
-        stroke,
-        turn,
-        maximise,
-        measure,
         clip,
-        pull
+        tool,   // that of the left button
+        turn,   // of planes, by the crosshair's tool
+        nothing // the rest of a click
     };
-    Kind kind = Kind::crosshair;
+    Kind kind = Kind::pan;
     Button button = Button::left; // whose release ends it
     Panel panel = Panel::axial;
     glm::dvec2 last_px{0.0};
+    const Tool* tool = nullptr; // that has begun a drag of the left button
 
     friend bool operator==(const Drag&, const Drag&) = default;
 };
@@ -129,7 +117,8 @@ struct ViewState {
     double fusion_opacity = 0.5, overlay_opacity = 0.4; // Scene::fusion, Scene::overlay
     double outline_px = 1.0;                            // of labels and overlay; 0: none
 
-    Hand hand = Hand::crosshair;
+    const Tool* tool = &kCrosshairTool; // of the left button
+    ToolStates own;                     // of tools
     double radius_mm = 3.0;
     uint16_t label = 1; // that is drawn
     // Values of the samples that tools on labels change; none: all.
@@ -143,8 +132,6 @@ struct ViewState {
     Tab tab = Tab::view;
     TransferEditing transfer;
     Segmenting segmenting;
-    Wiring wiring;
-    Pulling pulling;
     Measuring measuring;
     Clipping clipping;
     FigureSetup figure;

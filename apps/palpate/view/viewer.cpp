@@ -4,6 +4,7 @@
 
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/interaction.h"
+#include "apps/palpate/view/tools/tool.h"
 #include "engine/base/profile.h"
 
 namespace palpate::view {
@@ -174,7 +175,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
 void Viewer::wish() {
     std::vector<Pictures::Wish> wishes;
     // A brush in the hand: the first stroke shall not wait for rays of another kind.
-    const bool has_labels = work_->has_labels() || state_.hand == Hand::draw;
+    const bool has_labels = work_->has_labels() || state_.tool == &kDrawTool;
     for (const Places::View& view : places_of(state_).views)
         wishes.push_back({view.panel,
                           scene_of(state_, work_->subject().grid, view.panel,

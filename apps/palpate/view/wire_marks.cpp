@@ -6,9 +6,10 @@
 
 namespace palpate::view {
 
-void draw_wire(ImDrawList& list, const ViewState& state, const Grid& grid, Panel panel,
-               const Box& box) {
-    if (state.hand != Hand::wire || !shows_wire(state, grid, panel))
+void draw_wire(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box) {
+    const Grid& grid = work.subject().grid;
+    const Wiring& wiring = state.own.of<Wiring>();
+    if (state.tool != &kWireTool || !shows_wire(state, grid, panel))
         return;
     const glm::dvec2 low(box.low_px), high = low + glm::dvec2(box.size_px);
     list.PushClipRect(to_im(low), to_im(high), true);
@@ -22,11 +23,10 @@ void draw_wire(ImDrawList& list, const ViewState& state, const Grid& grid, Panel
         list.AddPolyline(points.data(), count, kMarkShadow, 0, 2.0f * width);
         list.AddPolyline(points.data(), count, color, 0, width);
     };
-    draw(state.wiring.frozen, kMarkTool);
-    draw(state.wiring.live, kMarkChosen);
+    draw(wiring.frozen, kMarkTool);
+    draw(wiring.live, kMarkChosen);
     const glm::dvec2 first =
-        pixel_of(state, grid, panel, world_point(grid, glm::dvec3(state.wiring.frozen.front())))
-            .value() +
+        pixel_of(state, grid, panel, world_point(grid, glm::dvec3(wiring.frozen.front()))).value() +
         0.5;
     draw_circle(list, first, 4.0 * state.text_scale, kMarkTool, 1.5f);
     list.PopClipRect();

@@ -29,7 +29,7 @@ void freeze(Wiring& wiring, const std::vector<glm::uvec3>& more) {
 }
 
 void close(Outcome& next, const Event& event, const Subject& subject) {
-    Wiring& wiring = next.state.wiring;
+    Wiring& wiring = next.state.own.of<Wiring>();
     const std::vector<glm::uvec3> back =
         path(subject, wiring.frozen.back(), wiring.frozen.front(), wiring.axis);
     freeze(wiring, back);
@@ -37,10 +37,6 @@ void close(Outcome& next, const Event& event, const Subject& subject) {
     wiring.closed = std::move(wiring.frozen);
     wiring.frozen.clear();
     next.orders.push_back({Order::Kind::fill_wire, {}, event.time_s, {}});
-}
-
-void tell(Outcome& next, const Event& event, const char* text) {
-    next.orders.push_back({Order::Kind::tell, {}, event.time_s, text});
 }
 
 constexpr size_t kFewest = 3; // samples of a contour
@@ -59,7 +55,7 @@ std::optional<int> axis_across(const Grid& grid, const SliceView& slice) {
 }
 
 bool shows_wire(const ViewState& state, const Grid& grid, Panel panel) {
-    const Wiring& wiring = state.wiring;
+    const Wiring& wiring = state.own.of<Wiring>();
     if (!is_slice(panel) || wiring.frozen.empty() ||
         axis_across(grid, state.slices[static_cast<size_t>(panel)]) != wiring.axis)
         return false;
@@ -67,35 +63,46 @@ bool shows_wire(const ViewState& state, const Grid& grid, Panel panel) {
     return here && (*here)[wiring.axis] == wiring.frozen.front()[wiring.axis];
 }
 
-void press_wire(Outcome& next, const Event& event, const Subject& subject, Panel panel,
-                bool twice) {
-    ViewState& state = next.state;
-    Wiring& wiring = state.wiring;
-    const std::optional<glm::uvec3> at = sample_under(state, subject.grid, panel);
+namespace {
+
+void press_in_wire_slice(const ToolEvent& at) {
+    ViewState& state = at.state();
+    const Grid& grid = at.subject.grid;
+    Wiring& wiring = state.own.of<Wiring>();
+    const std::optional<glm::uvec3> sample = sample_under(state, grid, at.panel);
     if (wiring.frozen.empty()) {
-        const auto axis = axis_across(subject.grid, state.slices[static_cast<size_t>(panel)]);
+        const auto axis = axis_across(grid, state.slices[static_cast<size_t>(at.panel)]);
         if (!axis)
-            tell(next, event, "live-wire needs a slice along the samples: R turns planes back");
-        else if (at && !twice)
-            wiring = {*axis, {*at}, {}, {}};
+            at.order(Order::Kind::tell, {},
+                     "live-wire needs a slice along the samples: R turns planes back");
+        else if (sample && !at.twice)
+            wiring = {*axis, {*sample}, {}, {}};
         return;
     }
-    if (!shows_wire(state, subject.grid, panel))
-        return tell(next, event, "the contour lies in another slice: Esc drops it");
-    if (!at)
+    if (!shows_wire(state, grid, at.panel))
+        return at.order(Order::Kind::tell, {}, "the contour lies in another slice: Esc drops it");
+    if (!sample)
         return;
-    const auto first = pixel_of(state, subject.grid, panel,
-                                world_point(subject.grid, glm::dvec3(wiring.frozen.front())));
-    const bool ends = twice || (first && glm::distance(*first, state.pointer_px) <= kFirst_px);
+    const auto first =
+        pixel_of(state, grid, at.panel, world_point(grid, glm::dvec3(wiring.frozen.front())));
+    const bool ends = at.twice || (first && glm::distance(*first, state.pointer_px) <= kFirst_px);
     if (ends && wiring.frozen.size() >= kFewest)
-        return close(next, event, subject);
-    if (!twice)
-        freeze(wiring, path(subject, wiring.frozen.back(), *at, wiring.axis));
+        return close(at.next, at.event, at.subject);
+    if (!at.twice)
+        freeze(wiring, path(at.subject, wiring.frozen.back(), *sample, wiring.axis));
 }
 
+std::optional<Drag::Kind> press_wire(const ToolEvent& at) {
+    if (!is_slice(at.panel))
+        return std::nullopt;
+    press_in_wire_slice(at);
+    return Drag::Kind::nothing;
+}
+
+// The path to the pointer.
 void follow_wire(ViewState& state, const Subject& subject) {
-    Wiring& wiring = state.wiring;
-    if (state.hand != Hand::wire || wiring.frozen.empty())
+    Wiring& wiring = state.own.of<Wiring>();
+    if (wiring.frozen.empty())
         return;
     wiring.live.clear();
     if (!state.under || !shows_wire(state, subject.grid, *state.under))
@@ -105,23 +112,34 @@ void follow_wire(ViewState& state, const Subject& subject) {
 }
 
 bool cancel_wire(ViewState& state) {
-    const bool begun = !state.wiring.frozen.empty();
-    state.wiring.frozen.clear();
-    state.wiring.live.clear();
+    Wiring& wiring = state.own.of<Wiring>();
+    const bool begun = !wiring.frozen.empty();
+    wiring.frozen.clear();
+    wiring.live.clear();
     return begun;
 }
 
-bool press_wire_key(Outcome& next, const Event& event, const Subject& subject) {
-    if (event.key == "u") {
-        next.state.hand = Hand::wire;
-        return true;
-    }
-    if (event.key != "enter" || next.state.hand != Hand::wire ||
-        next.state.wiring.frozen.size() < kFewest)
+bool use_wire_key(Outcome& next, const Event& event, const Subject& subject) {
+    if (event.key != "enter" || next.state.tool != &kWireTool ||
+        next.state.own.of<Wiring>().frozen.size() < kFewest)
         return false;
     close(next, event, subject);
     return true;
 }
+
+} // namespace
+
+constinit const Tool kWireTool{
+    .name = "wire",
+    .title = "live-wire",
+    .key = "u",
+    .help = "a contour along edges; click: freeze, Enter: fill",
+    .press = press_wire,
+    .hover = follow_wire,
+    .cancel = cancel_wire,
+    .use_key = use_wire_key,
+    .marks = draw_wire,
+};
 
 std::vector<glm::uvec3> filled(std::span<const glm::uvec3> contour, int axis) {
     const int across = axis == 0 ? 1 : 0, down = axis == 2 ? 1 : 2;

@@ -5,6 +5,7 @@
 
 #include "apps/palpate/view/dump.h"
 #include "apps/palpate/view/pick.h"
+#include "apps/palpate/view/tools/tool.h"
 #include "engine/base/json.h"
 #include "engine/scene/scene_names.h"
 #include "engine/session/default_scene.h"
@@ -233,23 +234,23 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     };
 }
 
-// Gives the session the tool of the hand.
+// Gives the session what strokes of the left button's tool do.
 bool Work::take_tool(const ViewState& state) {
-    if (state.hand == Hand::seed) {
-        std::optional<EditSetup> setup = seed_brush(state, TipShape::ball);
-        return setup && rack_.hold(session_, std::move(*setup));
-    }
-    const bool on_labels = state.hand != Hand::cut;
-    if (on_labels && !put_labels())
+    const Carve carve = state.tool->stroke;
+    if (!is_stroke(carve) || (is_on_labels(carve) && !put_labels()))
         return false;
-    const Carve carve = state.hand == Hand::draw    ? Carve::draw
-                        : state.hand == Hand::erase ? Carve::erase
-                                                    : Carve::cut;
+    std::optional<EditSetup> setup = edit_of(carve, TipShape::ball, state);
+    return setup && rack_.hold(session_, std::move(*setup));
+}
+
+std::optional<EditSetup> Work::edit_of(Carve carve, TipShape shape, const ViewState& state) {
+    if (carve == Carve::seed)
+        return seed_brush(state, shape);
     EditSetup setup =
-        make_tool(carve, TipShape::ball, state.radius_mm, state.label, 0.0, tool_for());
-    if (on_labels)
+        make_tool(carve, shape, state.radius_mm, state.label, state.stylus.rate_per_s, tool_for());
+    if (is_on_labels(carve))
         confine(setup, state);
-    return rack_.hold(session_, std::move(setup));
+    return setup;
 }
 
 void Work::confine(EditSetup& setup, const ViewState& state) {
@@ -411,7 +412,7 @@ Json Work::dump(const ViewState& state) {
                       {"view_angle_deg", state.camera.view_angle_deg}};
     json["window"] = {state.window.low, state.window.high};
     json["tool"] = {
-        {"hand", name_of(state.hand)}, {"radius_mm", state.radius_mm}, {"label", state.label}};
+        {"hand", state.tool->name}, {"radius_mm", state.radius_mm}, {"label", state.label}};
     if (state.only_values)
         json["tool"]["only_values"] = {state.only_values->low, state.only_values->high};
     json["recovered_steps"] = state.recovered_steps;

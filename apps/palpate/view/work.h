@@ -183,6 +183,8 @@ class Work {
     void take_project(Project project);
     void end_save(bool succeeded);
     bool take_tool(const ViewState& state);
+    // What a stroke does; none where seed_brush() has none.
+    std::optional<EditSetup> edit_of(Carve carve, TipShape shape, const ViewState& state);
     // None where there are no seeds to paint on yet, or of the label.
     std::optional<EditSetup> seed_brush(const ViewState& state, TipShape shape);
     // An operation on labels: to those, and to the values, that a person lets it change.

@@ -4,6 +4,7 @@
 
 #include "apps/palpate/view/dump.h"
 #include "apps/palpate/view/hand_pointer.h"
+#include "apps/palpate/view/mesh_tool.h"
 #include "apps/palpate/view/work.h"
 
 namespace palpate::view {
@@ -25,22 +26,16 @@ void Work::hold_tools(const ViewState& state) {
             if (!are_there && seeds_asked_)
                 continue; // they come with one of the next frames
             seeds_asked_ = !are_there;
-            if (std::optional<EditSetup> setup = seed_brush(state, state.stylus.shape))
-                rack_.hold(session_, std::move(*setup), tool);
-            else
-                rack_.lay_down(session_, tool);
-            continue;
         }
         if (is_on_labels(carves[tool]) && !edited().document.find(labels_)) {
             if (labels_asked_ || !put_labels())
                 continue; // comes with one of the next frames
             labels_asked_ = true;
         }
-        EditSetup setup = make_tool(carves[tool], state.stylus.shape, state.radius_mm, state.label,
-                                    state.stylus.rate_per_s, tool_for());
-        if (is_on_labels(carves[tool]))
-            confine(setup, state);
-        rack_.hold(session_, std::move(setup), tool);
+        if (std::optional<EditSetup> setup = edit_of(carves[tool], state.stylus.shape, state))
+            rack_.hold(session_, std::move(*setup), tool);
+        else
+            rack_.lay_down(session_, tool);
     }
     haptics::TouchParameters parameters = session_.parameters();
     const double felt_mm = felt_radius_mm(state.radius_mm, subject_.grid);
@@ -163,7 +158,7 @@ void Work::move_by_hand(ViewState& state) {
     } else if (hand_pull_) {
         mesh_->pull(hand_pull_->held_mm + now->probe.position_mm - hand_pull_->from_mm);
     } else if (const auto met = mesh_->near(now->proxy.position_mm, state.radius_mm)) {
-        mesh_->hold(*met, state.pulling.reach);
+        mesh_->hold(*met, state.own.of<Pulling>().reach);
         hand_pull_ = {*met, now->probe.position_mm};
     }
 }
@@ -238,7 +233,7 @@ std::vector<Work::HandSurface> Work::hand_surfaces(const ViewState& state) {
     if (touch_.running() && now)
         surfaces.push_back({{.style = {.color = {0.25, 0.8, 1.0}}},
                             tip_.at(state.stylus.shape, state.radius_mm, now->proxy)});
-    if (mesh_ && (state.hand == Hand::pull || state.stylus.can(Carve::pull)))
+    if (mesh_ && (state.tool == &kPullTool || state.stylus.can(Carve::pull)))
         surfaces.push_back({{.style = {.color = {1.0, 0.7, 0.25}, .opacity = 0.7}, .smooth = false},
                             mesh_->surface()});
     if (!palette_.empty())

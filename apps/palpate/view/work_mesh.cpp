@@ -1,6 +1,7 @@
 // The part of a document's work that pulls the mesh of a label, and cleans a label.
 
 #include "apps/palpate/surface_labels.h"
+#include "apps/palpate/view/mesh_tool.h"
 #include "apps/palpate/view/work.h"
 #include "engine/segment/components.h"
 #include "engine/segment/label_merge.h"
@@ -67,7 +68,7 @@ void Work::obey_mesh(const Order& order, const ViewState& state) {
             break;
         case Order::Kind::pull_down:
             if (mesh_)
-                mesh_->hold(order.at_mm, state.pulling.reach);
+                mesh_->hold(order.at_mm, state.own.of<Pulling>().reach);
             break;
         case Order::Kind::pull_move:
             if (mesh_)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/palpate/view/wire_tool.h"
 #include "apps/palpate/view/work.h"
 #include "engine/measure/measure_report.h"
 #include "engine/segment/map_values.h"
@@ -211,7 +212,7 @@ Json Work::dump_segmenting(const ViewState& state) const {
     Json json{{"brush", brushes[static_cast<size_t>(state.segmenting.brush)]},
               {"method", state.segmenting.method},
               {"runs", segmenting_ != nullptr},
-              {"wire_samples", state.wiring.frozen.size()}};
+              {"wire_samples", state.own.of<Wiring>().frozen.size()}};
     for (const auto& [method, values] : state.segmenting.given)
         for (const auto& [name, value] : values)
             json["given"][method][name] = value;

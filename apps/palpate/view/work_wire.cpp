@@ -42,7 +42,8 @@ void Work::fill_wire(const ViewState& state) {
     const Volume map = labels ? *labels : empty_labels(subject_.grid);
     const ScalarType type = state.label > 255 ? ScalarType::u16 : ScalarType::u8;
     VolumeEdit inside(VolumeBuilder(subject_.grid, type).finish());
-    const std::vector<glm::uvec3> samples = filled(state.wiring.closed, state.wiring.axis);
+    const Wiring& wiring = state.own.of<Wiring>();
+    const std::vector<glm::uvec3> samples = filled(wiring.closed, wiring.axis);
     for (const glm::uvec3 at : samples)
         inside.set(at, state.label);
     Result<Volume> merged = with_labels(map, inside.commit(), {}, state.locked_labels, {});
@@ -54,8 +55,8 @@ void Work::fill_wire(const ViewState& state) {
         message_ = "live-wire: no sample changed";
         return;
     }
-    const Json parameters{{"axis", state.wiring.axis},
-                          {"slice", state.wiring.closed.front()[state.wiring.axis]},
+    const Json parameters{{"axis", wiring.axis},
+                          {"slice", wiring.closed.front()[wiring.axis]},
                           {"label", state.label}};
     if (session_.put({labels_, VolumeKind::labels, std::move(*merged)}, "live-wire", parameters))
         message_ = fmt::format("live-wire: {} samples of label {}", samples.size(),

@@ -1,0 +1,35 @@
+// The table of tools.
+
+#include <cctype>
+
+#include "apps/palpate/view/measure_tool.h"
+#include "apps/palpate/view/mesh_tool.h"
+#include "apps/palpate/view/tools/tool.h"
+#include "apps/palpate/view/wire_tool.h"
+
+namespace palpate::view {
+
+std::span<const Tool* const> tools() {
+    static constexpr const Tool* all[] = {&kCrosshairTool, &kMeasureTool, &kDrawTool, &kEraseTool,
+                                          &kWireTool,      &kSeedTool,    &kCutTool,  &kPullTool};
+    return all;
+}
+
+std::string help_of(const Tool& tool) {
+    return fmt::format("{}: {}", static_cast<char>(std::toupper(tool.key[0])), tool.help);
+}
+
+bool take_tool(ViewState& state, const std::string& key) {
+    for (const Tool* tool : tools()) {
+        if (!tool->key || key != tool->key)
+            continue;
+        if (tool->take)
+            tool->take(state, state.tool == tool);
+        state.tool = tool;
+        state.stylus.first = tool->first_button.value_or(state.stylus.first);
+        return true;
+    }
+    return false;
+}
+
+} // namespace palpate::view
