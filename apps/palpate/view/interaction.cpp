@@ -6,7 +6,7 @@
 #include "apps/palpate/view/camera_moves.h"
 #include "apps/palpate/view/clip_tool.h"
 #include "apps/palpate/view/hand_pointer.h"
-#include "apps/palpate/view/key_presses.h"
+#include "apps/palpate/view/keys.h"
 #include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {

@@ -22,13 +22,6 @@ struct Outcome {
 };
 Outcome after(ViewState state, const Event& event, const Subject& subject);
 
-// All keys and what they do, for the help and for documents; in the order of the help.
-struct KeyHelp {
-    const char* keys;
-    const char* purpose;
-};
-const std::vector<KeyHelp>& key_help();
-
 // Where a plane can be turned in a slice's view: on the lines of the other two, this far from the
 // crosshair, as a share of the shorter side.
 constexpr double kHandle_share = 0.38, kHandle_px = 7.0;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/palpate/view/interaction.h"
+#include "apps/palpate/view/keys.h"
 #include "apps/palpate/view/tools/tool.h"
 
 namespace palpate::view {
@@ -428,9 +428,9 @@ void Interface::draw_help(ViewState& state) {
     if (ImGui::BeginTable("keys", 2)) {
         for (const KeyHelp& line : key_help()) {
             ImGui::TableNextColumn();
-            ImGui::TextColored(accent(state), "%s", line.keys);
+            ImGui::TextColored(accent(state), "%s", line.keys.c_str());
             ImGui::TableNextColumn();
-            ImGui::TextUnformatted(line.purpose);
+            ImGui::TextUnformatted(line.purpose.c_str());
         }
         ImGui::EndTable();
     }

@@ -230,7 +230,7 @@ constinit const Tool kMeasureTool{
     .name = "measure",
     .title = "measure",
     .key = "m",
-    .help = "ruler, angle, polygon, sphere (tab measure)",
+    .help = "ruler, angle, polygon, sphere, by turns; Delete removes (tab measure)",
     .press = press_measure,
     .drag = drag_measure,
     .release = release_measure,

@@ -119,7 +119,7 @@ void Interface::draw_hands(ViewState& state) {
         if (ImGui::RadioButton(name.c_str(), state.tool == tool))
             state.tool = tool;
         if (ImGui::IsItemHovered())
-            ImGui::SetTooltip("%s", help_of(*tool).c_str());
+            ImGui::SetTooltip("%s", fmt::format("{}: {}", key_of(*tool), tool->help).c_str());
         note(fmt::format("tool/{}", tool->name).c_str());
         ++buttons;
     }

@@ -90,6 +90,11 @@ std::optional<glm::dvec2> pixel_of(const ViewState& state, const Grid& grid, Pan
     return at ? std::optional(*at + glm::dvec2(box->low_px)) : std::nullopt;
 }
 
+void page(ViewState& state, const Grid& grid, Panel panel, double layers) {
+    const glm::dvec3 away = -state.slices[static_cast<size_t>(panel)].towards;
+    move_crosshair(state, grid, state.crosshair_mm + layers * layer_step_mm(grid, away) * away);
+}
+
 std::optional<glm::uvec3> sample_at(const Grid& grid, glm::dvec3 point_mm) {
     const glm::dvec3 nearest = glm::round(index_point(grid, point_mm));
     for (int i = 0; i < 3; ++i)

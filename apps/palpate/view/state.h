@@ -239,6 +239,9 @@ std::optional<glm::dvec2> pixel_of(const ViewState& state, const Grid& grid, Pan
 // to the middle of the nearest one, so that slices show samples as they are.
 void move_crosshair(ViewState& state, const Grid& grid, glm::dvec3 to_mm);
 
+// The crosshair goes so many layers of samples away from the eye of a slice.
+void page(ViewState& state, const Grid& grid, Panel panel, double layers);
+
 // The sample nearest to a point; none outside the volume.
 std::optional<glm::uvec3> sample_at(const Grid& grid, glm::dvec3 point_mm);
 

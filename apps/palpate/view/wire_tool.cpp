@@ -133,7 +133,7 @@ constinit const Tool kWireTool{
     .name = "wire",
     .title = "live-wire",
     .key = "u",
-    .help = "a contour along edges; click: freeze, Enter: fill",
+    .help = "a contour along edges; click: freeze; Enter, double click: fill",
     .press = press_wire,
     .hover = follow_wire,
     .cancel = cancel_wire,

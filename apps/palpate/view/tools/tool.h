@@ -75,8 +75,7 @@ struct Tool {
 // All tools, in the order of the tool bar.
 std::span<const Tool* const> tools();
 
-// "B: draws the label".
-std::string help_of(const Tool& tool);
+std::string key_of(const Tool& tool); // "B", for help
 
 // Takes the tool of a key into the hand. False: the key has none.
 bool take_tool(ViewState& state, const std::string& key);

@@ -15,8 +15,8 @@ std::span<const Tool* const> tools() {
     return all;
 }
 
-std::string help_of(const Tool& tool) {
-    return fmt::format("{}: {}", static_cast<char>(std::toupper(tool.key[0])), tool.help);
+std::string key_of(const Tool& tool) {
+    return {static_cast<char>(std::toupper(tool.key[0]))};
 }
 
 bool take_tool(ViewState& state, const std::string& key) {
