@@ -161,6 +161,9 @@ struct Subject {
     // What a ray of the 3D view meets first, if anything: for Shift and a move, and for a hand that
     // the pointer is. While that presses a button, the volume is as it was before.
     std::function<std::optional<glm::dvec3>(const Ray&)> pick{};
+    // The newest grey value and label of the sample at a point; none, and 0, where there is none.
+    std::function<std::optional<double>(glm::dvec3 point_mm)> value_at{};
+    std::function<uint16_t(glm::dvec3 point_mm)> label_at{};
     // Where a ray meets the mesh that is pulled, and its place near a point; empty: there is none.
     std::function<std::optional<glm::dvec3>(const Ray&)> mesh_met{};
     std::function<std::optional<glm::dvec3>(glm::dvec3 point_mm, double within_mm)> mesh_near{};

@@ -223,6 +223,13 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
         return wire_path(from, to, axis);
     };
+    subject_.value_at = [this](glm::dvec3 point_mm) -> std::optional<double> {
+        const float value = value_at(grey_, point_mm).value_or(NAN);
+        return std::isnan(value) ? std::nullopt : std::optional<double>(value);
+    };
+    subject_.label_at = [this](glm::dvec3 point_mm) {
+        return static_cast<uint16_t>(value_at(labels_, point_mm).value_or(0.0f));
+    };
     subject_.mesh_met = [this](const Ray& ray) { return mesh_ ? mesh_->met(ray) : std::nullopt; };
     subject_.mesh_near = [this](glm::dvec3 point_mm, double within_mm) {
         return mesh_ ? mesh_->near(point_mm, within_mm) : std::nullopt;
@@ -363,20 +370,24 @@ std::string Work::take_message() {
     return refusal.empty() ? std::exchange(message_, {}) : refusal;
 }
 
+std::optional<float> Work::value_at(const std::string& volume, glm::dvec3 point_mm) {
+    const EditState state = edited();
+    const Volume* in = state.document.find(volume);
+    const auto sample = in ? sample_at(in->grid(), point_mm) : std::nullopt;
+    return sample ? std::optional(in->value(*sample)) : std::nullopt;
+}
+
 std::string Work::text_at(glm::dvec3 point_mm) {
     const auto sample = sample_at(subject_.grid, point_mm);
     if (!sample)
         return "";
-    const EditState state = edited();
-    const float value = state.document.find(grey_)->value(*sample);
+    const float value = value_at(grey_, point_mm).value();
     std::string text = fmt::format("({}, {}, {})  ", sample->x, sample->y, sample->z);
     text += std::isnan(value) ? "no data" : fmt::format("{:g}", value);
     if (const std::string u = unit(); !u.empty() && !std::isnan(value))
         text += " " + u;
-    if (const Volume* labels = state.document.find(labels_))
-        if (const auto at = sample_at(labels->grid(), point_mm))
-            if (const auto label = static_cast<uint32_t>(labels->value(*at)))
-                text += fmt::format("  label {}", name_of_label(label));
+    if (const auto label = subject_.label_at(point_mm))
+        text += fmt::format("  label {}", name_of_label(label));
     return text;
 }
 

@@ -180,6 +180,8 @@ class Work {
     static constexpr uint16_t kOutside = 255, kSeedOf255 = 65535, kLastSeeded = 65534;
 
  private:
+    // Of the sample at a point of a volume of the document; none outside, or without the volume.
+    std::optional<float> value_at(const std::string& volume, glm::dvec3 point_mm);
     void take_project(Project project);
     void end_save(bool succeeded);
     bool take_tool(const ViewState& state);
