@@ -4,14 +4,16 @@
 
 #include "apps/palpate/view/measure_tool.h"
 #include "apps/palpate/view/mesh_tool.h"
+#include "apps/palpate/view/tools/pick_tool.h"
 #include "apps/palpate/view/tools/tool.h"
 #include "apps/palpate/view/wire_tool.h"
 
 namespace palpate::view {
 
 std::span<const Tool* const> tools() {
-    static constexpr const Tool* all[] = {&kCrosshairTool, &kMeasureTool, &kDrawTool, &kEraseTool,
-                                          &kWireTool,      &kSeedTool,    &kCutTool,  &kPullTool};
+    static constexpr const Tool* all[] = {&kCrosshairTool, &kMeasureTool, &kDrawTool,
+                                          &kEraseTool,     &kWireTool,    &kSeedTool,
+                                          &kCutTool,       &kPickTool,    &kPullTool};
     return all;
 }
 
