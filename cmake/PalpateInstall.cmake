@@ -80,8 +80,8 @@ if(TARGET palpate)
     else()
         message(STATUS "manual pages: left out, because Python was not found")
     endif()
-    install(FILES apps/palpate/view/palpate.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
+    install(FILES apps/view/palpate.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
             COMPONENT data)
-    install(FILES apps/palpate/view/palpate.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages
+    install(FILES apps/view/palpate.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages
             COMPONENT data)
 endif()

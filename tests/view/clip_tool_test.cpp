@@ -1,6 +1,6 @@
 // Clip planes and their handles.
 
-#include "apps/palpate/view/clip_tool.h"
+#include "apps/view/tools/clip_tool.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "apps/palpate/view/dust_cloud.h"
+#include "apps/view/document/dust_cloud.h"
 
 #include <gtest/gtest.h>
 

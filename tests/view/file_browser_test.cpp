@@ -1,8 +1,8 @@
 // Folders, and what was opened last.
 
-#include "apps/palpate/view/file_browser.h"
-#include "apps/palpate/view/free_name.h"
-#include "apps/palpate/view/settings.h"
+#include "apps/view/panels/file_browser.h"
+#include "apps/view/document/free_name.h"
+#include "apps/view/window/settings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // A drag of the mouse as the hand, while it cuts.
 
-#include "apps/palpate/view/hand_pointer.h"
-#include "apps/palpate/view/interaction.h"
+#include "apps/view/tools/hand_pointer.h"
+#include "apps/view/window/interaction.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
 #include "tests/view/hand_fixture.h"

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/palpate/view/pulled_mesh.h"
+#include "apps/view/document/pulled_mesh.h"
 #include "engine/volume/content_hash.h"
 #include "tests/view/viewer_fixture.h"
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/palpate/view/hand_marks.h"
-#include "apps/palpate/view/palette.h"
+#include "apps/view/drawing/hand_marks.h"
+#include "apps/view/tools/palette.h"
 #include "engine/volume/content_hash.h"
 #include "haptics/device/device_log.h"
 #include "tests/view/hand_fixture.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "apps/palpate/view/pick.h"
+#include "apps/view/drawing/pick.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/synthetic.h"
 #include "tests/view/subjects.h"

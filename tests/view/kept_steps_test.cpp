@@ -1,6 +1,6 @@
 // Steps that no project has, after a window that ended without a word.
 
-#include "apps/palpate/view/kept_steps.h"
+#include "apps/view/document/kept_steps.h"
 
 #include <thread>
 

@@ -1,6 +1,6 @@
 // Labels as files, from the window.
 
-#include "apps/palpate/view/label_export.h"
+#include "apps/view/document/label_export.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

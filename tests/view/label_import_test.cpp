@@ -1,6 +1,6 @@
 // Labels of a file for the volume that is open.
 
-#include "apps/palpate/view/label_import.h"
+#include "apps/view/document/label_import.h"
 
 #include <gmock/gmock.h>
 

@@ -6,7 +6,7 @@
 #include <csignal>
 #include <thread>
 
-#include "apps/palpate/view/work.h"
+#include "apps/view/document/work.h"
 #include "engine/base/timer.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewer_fixture.h"

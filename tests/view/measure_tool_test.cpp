@@ -1,6 +1,6 @@
 // The measuring tool.
 
-#include "apps/palpate/view/measure_tool.h"
+#include "apps/view/tools/measure_tool.h"
 
 #include <gtest/gtest.h>
 

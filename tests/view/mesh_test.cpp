@@ -2,8 +2,8 @@
 
 #include <imgui/imgui.h>
 
-#include "apps/palpate/view/mesh_tool.h"
-#include "apps/palpate/view/pulled_mesh.h"
+#include "apps/view/document/pulled_mesh.h"
+#include "apps/view/tools/mesh_tool.h"
 #include "engine/volume/content_hash.h"
 #include "tests/view/viewer_fixture.h"
 

@@ -1,6 +1,6 @@
 // When a window's loop takes input and when it draws, in fixed time.
 
-#include "apps/palpate/view/pacing.h"
+#include "apps/view/window/pacing.h"
 
 #include <gtest/gtest.h>
 

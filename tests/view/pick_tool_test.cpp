@@ -1,6 +1,6 @@
 // The tool that takes what is under the pointer into use.
 
-#include "apps/palpate/view/tools/pick_tool.h"
+#include "apps/view/tools/pick_tool.h"
 
 #include <gtest/gtest.h>
 

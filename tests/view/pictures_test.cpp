@@ -8,7 +8,7 @@
 #include <semaphore>
 #include <utility>
 
-#include "apps/palpate/view/pictures.h"
+#include "apps/view/drawing/pictures.h"
 #include "engine/image/display_byte.h"
 #include "engine/image/png.h"
 #include "engine/volume/extent.h"

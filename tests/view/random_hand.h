@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "apps/palpate/view/viewer.h"
+#include "apps/view/window/viewer.h"
 
 namespace palpate::view {
 

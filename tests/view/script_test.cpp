@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "apps/palpate/view/script.h"
+#include "apps/view/script/script.h"
 
 namespace palpate::view {
 namespace {

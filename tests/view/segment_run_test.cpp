@@ -1,13 +1,13 @@
 // A method at work for the window.
 
-#include "apps/palpate/view/segment_run.h"
+#include "apps/view/document/segment_run.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "apps/palpate/view/work.h"
+#include "apps/view/document/work.h"
 #include "engine/volume/builder.h"
 
 namespace palpate::view {

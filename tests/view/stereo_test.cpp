@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "apps/palpate/view/stereo_view.h"
+#include "apps/view/window/stereo_view.h"
 #include "tests/view/subjects.h"
 #include "tests/view/viewer_fixture.h"
 

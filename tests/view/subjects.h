@@ -3,7 +3,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
-#include "apps/palpate/view/interaction.h"
+#include "apps/view/window/interaction.h"
 
 namespace palpate::view {
 

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <set>
 
-#include "apps/palpate/view/keys.h"
-#include "apps/palpate/view/tools/tool.h"
+#include "apps/view/tools/tool.h"
+#include "apps/view/window/keys.h"
 #include "tests/support/paths.h"
 #include "tests/view/subjects.h"
 

@@ -1,6 +1,6 @@
 // The transfer function editor.
 
-#include "apps/palpate/view/transfer_editor.h"
+#include "apps/view/panels/transfer_editor.h"
 
 #include <gtest/gtest.h>
 

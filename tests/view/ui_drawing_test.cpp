@@ -6,7 +6,7 @@
 #include <memory>
 #include <random>
 
-#include "apps/palpate/view/ui_tiles.h"
+#include "apps/view/drawing/ui_tiles.h"
 #include "tests/view/viewer_fixture.h"
 
 namespace palpate::view {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/palpate/view/loop.h"
-#include "apps/palpate/view/tools/tool.h"
+#include "apps/view/tools/tool.h"
+#include "apps/view/window/loop.h"
 #include "engine/session/default_scene.h"
 #include "tests/support/kept_device.h"
 

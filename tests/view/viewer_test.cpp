@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/palpate/view/widgets.h"
+#include "apps/view/panels/widgets.h"
 #include "engine/image/png.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"

@@ -1,6 +1,6 @@
 // The live-wire tool: contours along edges that become labels.
 
-#include "apps/palpate/view/wire_tool.h"
+#include "apps/view/tools/wire_tool.h"
 
 #include <set>
 

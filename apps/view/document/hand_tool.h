@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "apps/view/tools/stylus.h"
+#include "engine/mesh/mesh.h"
+#include "engine/session/session.h"
+
+namespace palpate::view {
+
+// What a tool is made for.
+struct ToolFor {
+    Grid grid;                // of the volume that is changed
+    ValueRange range;         // of its grey values
+    double iso = 0.0;         // at or above it they are solid
+    std::string grey, labels; // names of the volumes
+};
+
+// The tool of a hand. A ball of labels between samples still draws the one that its middle is in;
+// cuts are by the tool's surface. carve is_stroke(), and not
+// Carve::seed, which is to draw or to erase.
+EditSetup make_tool(Carve carve, TipShape shape, double radius_mm, uint16_t label,
+                    double rate_per_s, const ToolFor& made_for);
+
+// The tools that a session has been given: gives it one where it differs from what it has.
+class ToolRack {
+ public:
+    // False: too many commands at once; try again.
+    bool hold(Session& session, EditSetup setup, uint8_t tool = 0);
+    void lay_down(Session& session, uint8_t tool);
+
+ private:
+    std::array<Json, Editor::kTools> held_;
+};
+
+// The tool's surface, in its own space, to be placed by Mesh::world_from_mesh. The same object as
+// long as shape and radius are the same and the tool has not moved by more than kStill_mm.
+class TipMesh {
+ public:
+    static constexpr double kStill_mm = 0.02;
+    std::shared_ptr<const Mesh> at(TipShape shape, double radius_mm, const ToolPose& pose);
+
+ private:
+    TipShape shape_ = TipShape::ball;
+    double radius_mm_ = 0.0;
+    Mesh mesh_;
+    ToolPose pose_;
+    std::shared_ptr<const Mesh> placed_;
+};
+
+} // namespace palpate::view

@@ -1,0 +1,41 @@
+#include "apps/view/document/label_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "apps/palpate/surface_labels.h"
+#include "engine/io/mesh_io.h"
+#include "engine/io/volume_io.h"
+#include "engine/surface/surface_nets.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kMeshes{".ply", ".stl", ".obj", ".vtp"};
+constexpr uint32_t kPasses = 10; // of smoothing, as `palpate surface --smooth bounded` has them
+
+} // namespace
+
+Result<std::string> export_labels(const Volume& labels, uint16_t label,
+                                  const std::filesystem::path& path, const std::stop_token& stop) {
+    if (std::ranges::find(kMeshes, path.extension().string()) == kMeshes.end()) {
+        if (const Result<void> named = expect_volume_name(path); !named)
+            return fail("{}; the surface of label {} is written to .ply, .stl, .obj or .vtp",
+                        named.error().message, label);
+        PALPATE_TRY(save_volume(path, labels, stop));
+        return fmt::format("all labels written to {}, without their names", path.string());
+    }
+    if (!count_labels(labels).contains(label))
+        return fail("{}: expected samples of label {}, found none", path.string(), label);
+    const Mesh all = surface_nets(labels, {.passes = kPasses, .stop = stop});
+    const Mesh mesh = surface_of_label(all, label);
+    PALPATE_TRY(save_mesh(path, mesh, {.stop = stop}));
+    return fmt::format("label {}: {} triangles written to {}", label, mesh.triangles.size(),
+                       path.string());
+}
+
+} // namespace palpate::view

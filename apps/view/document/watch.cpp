@@ -1,0 +1,151 @@
+// Numbers about the document, and notes that are kept with it.
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <span>
+
+#include "apps/view/document/free_name.h"
+#include "apps/view/document/work.h"
+#include "engine/base/file.h"
+#include "engine/measure/measure_report.h"
+
+namespace palpate::view {
+
+namespace {
+constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coarser level
+} // namespace
+
+void Work::watch(const ViewState& state) {
+    Kept kept = session_.kept();
+    kept.measures = state.measuring.measures;
+    kept.label_names = loaded_.label_names;
+    kept.locked_labels = state.locked_labels;
+    if (kept != session_.kept())
+        session_.keep(std::move(kept));
+    if (session_.scene().clip_planes != state.clipping.planes) {
+        Scene scene = session_.scene();
+        scene.clip_planes = state.clipping.planes;
+        session_.show(std::move(scene));
+    }
+    show_seeds(state);
+    const EditState edit = edited();
+    const Volume& grey = *edit.document.find(grey_);
+    Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};
+    if (sample_count(grey.grid()) > kMostCounted)
+        for (const Volume& level : loaded_.coarser)
+            if (sample_count(wish.counted.grid()) > kMostCounted)
+                wish.counted = level;
+    if (const Volume* labels = edit.document.find(labels_))
+        wish.labels = *labels;
+    for (const Measure& measure : state.measuring.measures)
+        if (measure.kind == MeasureKind::polygon || measure.kind == MeasureKind::sphere)
+            wish.measures.push_back(measure);
+    figures_.want(std::move(wish));
+}
+
+std::string without_name(std::string text, const std::string& name, const std::string& instead) {
+    if (!name.empty())
+        for (size_t at = 0; (at = text.find(name, at)) != text.npos; at += instead.size())
+            text.replace(at, name.size(), instead);
+    return text;
+}
+
+std::vector<SeriesLine> series_in(const std::vector<std::string>& notes) {
+    std::vector<SeriesLine> all;
+    for (const std::string& note : notes) {
+        const size_t at = note.find("series ");
+        unsigned number = 0, count = 0;
+        int length = 0;
+        if (at == note.npos ||
+            std::sscanf(note.c_str() + at, "series %u of %u: %n", &number, &count, &length) < 2 ||
+            length == 0)
+            continue;
+        std::string text = note.substr(at + static_cast<size_t>(length));
+        const bool is_open = text.ends_with(" (read)");
+        text.resize(std::min(text.rfind(", "), text.size())); // without the UID
+        // The description stands between quotation marks, and may hold others.
+        std::string nameless = text;
+        const size_t begin = text.find(" '"), end = text.rfind("', ");
+        if (begin != text.npos && end != text.npos && begin < end)
+            nameless.erase(begin, end + 1 - begin);
+        all.push_back({number, std::move(text), std::move(nameless), is_open});
+    }
+    return all;
+}
+
+std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title) {
+    constexpr size_t kMostLetters = 300;
+    std::vector<std::string> all = loaded.warnings;
+    for (const std::string& note : loaded.notes)
+        if (series_in({note}).empty())
+            all.push_back(note);
+    std::string said;
+    for (size_t i = 0; i < all.size(); ++i) {
+        const std::string one = title.empty() ? all[i] : without_name(all[i], path, title);
+        if (i > 0 && said.size() + one.size() > kMostLetters)
+            return said + fmt::format("; and {} more on standard error", all.size() - i);
+        said += (i > 0 ? "; " : "") + one;
+    }
+    return said;
+}
+
+std::optional<Measured> Work::measured(const Measure& one) {
+    if (one.kind == MeasureKind::ruler || one.kind == MeasureKind::angle)
+        return measure(one, loaded_.data.volume); // reads no sample
+    for (const auto& [known, measured] : figures_.known()->measured) {
+        Measure same = known;
+        same.name = one.name;
+        if (same == one)
+            return measured;
+    }
+    return std::nullopt;
+}
+
+std::optional<double> Work::label_sample_mm3() {
+    const EditState edit = edited();
+    const Volume* labels = edit.document.find(labels_);
+    return labels ? std::optional(sample_mm3(labels->grid())) : std::nullopt;
+}
+
+std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
+    if (state.locked_labels.empty())
+        return std::nullopt;
+    const EditState edit = edited();
+    const Volume* labels = edit.document.find(labels_);
+    // Strokes that are under way may still bring the label of the hand.
+    const float highest = labels && !labels->range().empty() ? labels->range().max : 0.0f;
+    std::vector<uint16_t> free;
+    const uint32_t last = std::max(static_cast<uint32_t>(highest), uint32_t{state.label});
+    for (uint32_t label = 0; label <= std::max(last, 255u); ++label)
+        if (!is_locked(state, static_cast<uint16_t>(label)))
+            free.push_back(static_cast<uint16_t>(label));
+    return free;
+}
+
+bool is_locked(const ViewState& state, uint16_t label) {
+    return std::binary_search(state.locked_labels.begin(), state.locked_labels.end(), label);
+}
+
+void Work::export_measures(const ViewState& state, const std::string& path) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    MeasureReport report;
+    for (const Measure& one : state.measuring.measures) {
+        std::optional<Measured> now = measured(one);
+        if (!now) {
+            message_ = "not all is measured yet: try again";
+            return;
+        }
+        report.measures.push_back({one, std::move(*now)});
+    }
+    const std::string text = report_csv(report);
+    std::error_code ignored;
+    const auto file = std::filesystem::absolute(free_name(path), ignored);
+    const Result<void> saved = save_bytes(file, std::as_bytes(std::span(text)));
+    message_ = saved ? fmt::format("measures written: {}", file.string()) : saved.error().message;
+}
+
+} // namespace palpate::view

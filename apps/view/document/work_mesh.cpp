@@ -1,0 +1,142 @@
+// The part of a document's work that pulls the mesh of a label, and cleans a label.
+
+#include "apps/palpate/surface_labels.h"
+#include "apps/view/document/work.h"
+#include "apps/view/tools/mesh_tool.h"
+#include "engine/segment/components.h"
+#include "engine/segment/label_merge.h"
+#include "engine/segment/mesh_fit.h"
+
+namespace palpate::view {
+
+std::optional<double> Work::meshing() const {
+    return meshing_ ? std::optional(meshing_->share.load()) : std::nullopt;
+}
+
+// What `work` makes of the labels, on a thread of its own where there are threads.
+template <class Make>
+void Work::run_mesh(uint16_t label, Make make) {
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    meshing_.reset(new MeshRun{label, labels ? *labels : empty_labels(subject_.grid)});
+    meshing_->done = std::async(threaded_ ? std::launch::async : std::launch::deferred,
+                                [run = meshing_.get(), make] {
+                                    Result<MeshRun::Done> done = make(*run);
+                                    if (done && done->labels) {
+                                        done->count_before = count_labels(run->before)[run->label];
+                                        done->count = count_labels(*done->labels)[run->label];
+                                    }
+                                    return done;
+                                });
+    if (!threaded_)
+        meshing_->done.wait();
+    poll_mesh();
+}
+
+void Work::obey_mesh(const Order& order, const ViewState& state) {
+    switch (order.kind) {
+        case Order::Kind::mesh_make:
+            if (!meshing_)
+                run_mesh(state.label,
+                         [volume = *edited().document.find(grey_)](
+                             MeshRun& run) -> Result<MeshRun::Done> {
+                             PALPATE_TRY(MeshFit fit, fit_mesh(volume, run.before,
+                                                               {.label = run.label}, run.task()));
+                             return MeshRun::Done{std::move(fit.mesh)};
+                         });
+            break;
+        case Order::Kind::mesh_apply:
+            if (!meshing_ && mesh_)
+                run_mesh(mesh_->label(),
+                         [mesh = mesh_->mesh(),
+                          locked = state.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
+                             PALPATE_TRY(const Volume found,
+                                         rasterised(mesh, run.before.grid(), run.label,
+                                                    run.task().part(0.0, 0.8)));
+                             const uint16_t of[] = {run.label};
+                             PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
+                                                                    run.task().part(0.8, 1.0)));
+                             return MeshRun::Done{
+                                 {}, std::move(labels), "pulled mesh", "by the mesh", true};
+                         });
+            break;
+        case Order::Kind::mesh_drop:
+            if (meshing_)
+                meshing_->stop.request_stop();
+            else
+                mesh_.reset();
+            break;
+        case Order::Kind::pull_down:
+            if (mesh_)
+                mesh_->hold(order.at_mm, state.own.of<Pulling>().reach);
+            break;
+        case Order::Kind::pull_move:
+            if (mesh_)
+                mesh_->pull(order.at_mm);
+            break;
+        default: // up, cancel
+            if (mesh_)
+                mesh_->let_go(order.kind == Order::Kind::pull_up);
+    }
+}
+
+void Work::poll_mesh() {
+    if (!meshing_ || meshing_->done.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    Result<MeshRun::Done> done = meshing_->done.get();
+    const std::unique_ptr<MeshRun> run = std::move(meshing_);
+    if (!done) {
+        message_ = done.error().message;
+        return;
+    }
+    if (done->mesh) {
+        mesh_.emplace(std::move(*done->mesh), run->label);
+        return;
+    }
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    const bool is_unchanged = done->is_of_mesh ? done->labels->is_same_as(run->before)
+                                               : done->count == done->count_before;
+    if (labels && !labels->is_same_as(run->before)) {
+        message_ = "the labels have changed meanwhile: try again";
+    } else if (is_unchanged) {
+        message_ = std::string_view(done->step) == "fill holes"
+                       ? fmt::format(
+                             "label {}: it has no hole that is closed in 3D (in a slice one may "
+                             "look closed)",
+                             run->label)
+                       : fmt::format("label {} {}: no sample changes", run->label, done->told);
+        if (mesh_ && done->is_of_mesh)
+            mesh_->mark_applied();
+    } else {
+        if (!session_.put({labels_, VolumeKind::labels, std::move(*done->labels)}, done->step))
+            return;
+        const double ml = 1e-3 * label_sample_mm3().value_or(0.0);
+        message_ = fmt::format("label {}: {:.1f} ml {}, {:.1f} ml before", run->label,
+                               ml * static_cast<double>(done->count), done->told,
+                               ml * static_cast<double>(done->count_before));
+        if (done->is_of_mesh)
+            mesh_.reset();
+    }
+}
+
+void Work::clean_label(const Order& order, const ViewState& state) {
+    if (meshing_)
+        return;
+    if (is_locked(state, state.label)) {
+        message_ = fmt::format("label {} is locked", state.label);
+        return;
+    }
+    const bool fills = order.kind == Order::Kind::fill_holes;
+    run_mesh(state.label, [fills](MeshRun& run) -> Result<MeshRun::Done> {
+        PALPATE_TRY(Volume labels,
+                    fills ? fill_holes(run.before, {.label = run.label}, run.task())
+                          : remove_islands(run.before, {.label = run.label, .largest_alone = true},
+                                           run.task()));
+        if (fills)
+            return MeshRun::Done{{}, std::move(labels), "fill holes", "with its holes filled"};
+        return MeshRun::Done{{}, std::move(labels), "largest piece", "in its largest piece"};
+    });
+}
+
+} // namespace palpate::view

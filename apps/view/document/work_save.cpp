@@ -1,0 +1,167 @@
+// The part of a document's work that keeps it in a project.
+
+#include <filesystem>
+
+#include "apps/view/document/free_name.h"
+#include "apps/view/document/work.h"
+#include "engine/base/profile.h"
+
+namespace palpate::view {
+
+namespace {
+constexpr std::chrono::minutes kAutosave(5); // of the volumes; steps are kept at once
+} // namespace
+
+Result<void> add_maps(Project::Opened& project) {
+    if (project.unsaved > 0)
+        return {};
+    const SessionSetup& setup = project.setup;
+    const Volume* grey = setup.document.find(setup.grey);
+    const Grid grid = (grey ? *grey : setup.document.first()).grid();
+    for (const std::string& name :
+         {setup.labels.empty() ? Work::kLabels : setup.labels, std::string(Work::kSeeds)})
+        if (!setup.document.find(name))
+            PALPATE_TRY(project.add({name, VolumeKind::labels, empty_labels(grid)}));
+    return {};
+}
+
+void Work::take_project(Project project) {
+    project_.emplace(std::move(project));
+    project_->autosave_every(kAutosave);
+}
+
+std::string Work::new_folder(bool names_hidden) const {
+    const std::filesystem::path folder(new_folder_);
+    return free_name(names_hidden ? folder.parent_path() / "work.palpate" : folder).string();
+}
+
+std::string Work::without_names(std::string message) const {
+    message = without_name(std::move(message), said_, "(notes about the files are hidden)");
+    // The longest come first: a path holds the name of its file.
+    for (const std::string& name :
+         {project_ ? project_->folder().string() : "", path(), new_folder_, title_})
+        message = without_name(std::move(message), name, "(name hidden)");
+    return message;
+}
+
+bool Work::leaving_loses_edits() {
+    const bool loses_steps = !project_ && edited().undo_steps > 0;
+    return loses_steps || mesh_is_pulled() || session_.kept().measures != measures_saved_;
+}
+
+bool Work::is_saving() const {
+    return creation_ || (project_ && project_->is_saving());
+}
+
+void Work::save(const ViewState& state, const std::string& folder) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    Scene scene = session_.scene();
+    scene.camera = state.camera;
+    scene.fusion = fusion_; // and not what a segmentation shows for a while
+    scene.slice_transfer = grey_of(state);
+    session_.show(std::move(scene));
+    Kept kept = session_.kept();
+    kept.crosshair_mm = state.crosshair_mm;
+    kept.tool_radius_mm = state.radius_mm;
+    kept.tool_label = state.label;
+    session_.keep(kept);
+    if (project_) {
+        if (Result<void> begun = project_->begin_save(session_); !begun)
+            message_ = begun.error().message;
+        else
+            measures_saving_ = kept.measures;
+        return;
+    }
+    if (creation_) {
+        message_ = "saving; one save at a time";
+        return;
+    }
+    if (std::error_code ignored; std::filesystem::exists(folder, ignored)) {
+        message_ = fmt::format("{} is there already: choose another name", folder);
+        failed_save_ = {folder, message_};
+        return;
+    }
+    session_.settle();
+    measures_saving_ = kept.measures;
+    creating_ = folder;
+    creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
+}
+
+void Work::begin_export(const ViewState& state, const std::string& path) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    if (exporting_) {
+        message_ = "writing; one file at a time";
+        return;
+    }
+    session_.settle(); // strokes under way are in it
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    if (!labels) {
+        message_ = "there are no labels to write: draw or segment first";
+        return;
+    }
+    std::error_code ignored;
+    const auto file = std::filesystem::absolute(free_name(path), ignored);
+    exporting_ = std::make_unique<LabelExport>();
+    exporting_->done = std::async(std::launch::async, [labels = *labels, label = state.label, file,
+                                                       stop = exporting_->stop.get_token()] {
+        return export_labels(labels, label, file, stop);
+    });
+    message_ = fmt::format("writing {} ..", file.string());
+}
+
+void Work::poll_export() {
+    if (!exporting_ ||
+        exporting_->done.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    const Result<std::string> done = exporting_->done.get();
+    exporting_.reset();
+    message_ = done ? *done : done.error().message;
+}
+
+void Work::end_save(bool succeeded) {
+    if (succeeded && measures_saving_)
+        measures_saved_ = std::move(*measures_saving_);
+    measures_saving_.reset();
+}
+
+void Work::poll() {
+    tell_step();
+    follow_beside();
+    poll_segmenting();
+    poll_mesh();
+    poll_export();
+    if (creation_)
+        if (std::optional<Result<Project>> made = creation_->poll(session_)) {
+            creation_.reset();
+            end_save(made->has_value());
+            if (!*made) {
+                message_ = made->error().message;
+                failed_save_ = {creating_, message_};
+                return;
+            }
+            take_project(std::move(**made));
+            steps_file_.discard(); // it has them
+            title_ = project_->folder().filename().string();
+            new_project_ = project_->folder().string();
+            message_ = fmt::format("saved to {}; later steps are kept there as they are done",
+                                   project_->folder().string());
+        }
+    if (!project_)
+        return;
+    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns())) {
+        end_save(ended->has_value());
+        message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
+                          : ended->error().message;
+    }
+    if (project_->is_saving() && !measures_saving_) // an autosave has begun
+        measures_saving_ = session_.kept().measures;
+}
+
+} // namespace palpate::view

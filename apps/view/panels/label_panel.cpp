@@ -1,0 +1,258 @@
+// The labels: what is seen, what may be changed, how much there is of each.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <set>
+#include <string_view>
+
+#include "apps/view/panels/interface.h"
+#include "apps/view/panels/widgets.h"
+#include "apps/view/tools/tool.h"
+#include "engine/measure/measure_report.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr size_t kMostRows = 14; // seen at once
+
+// Those that a file names, those that occur, and the one that is drawn.
+std::vector<uint32_t> listed_labels(const ViewState& state, Work& work) {
+    std::set<uint32_t> all{state.label};
+    for (const LabelName& name : work.label_names())
+        all.insert(name.label);
+    const auto known = work.figures().known();
+    for (size_t label = 1; label < known->label_counts.size(); ++label)
+        if (known->label_counts[label] > 0)
+            all.insert(static_cast<uint32_t>(label));
+    all.erase(0);
+    return {all.begin(), all.end()};
+}
+
+// The lowest number from 1 to 65535 that is not listed; 0: none.
+uint32_t first_free(const std::vector<uint32_t>& listed) {
+    uint32_t free = 1; // the list ascends
+    for (const uint32_t label : listed)
+        free += label == free;
+    return free <= 65535 ? free : 0;
+}
+
+// Whether a name has a part, whatever the case of its letters; an empty part is in all.
+bool has_part(const std::string& name, std::string_view part) {
+    const auto same = [](unsigned char a, unsigned char b) {
+        return std::tolower(a) == std::tolower(b);
+    };
+    return std::search(name.begin(), name.end(), part.begin(), part.end(), same) != name.end() ||
+           part.empty();
+}
+
+} // namespace
+
+void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
+    Scene scene = work.session().scene();
+    draw_hands(state);
+    draw_only_values(state, work);
+    ImGui::Separator();
+    draw_labels(state);
+    if (!scene.labels)
+        return;
+    bool changed = false;
+    slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
+    note("labels/outline");
+    const auto all = listed_labels(state, work);
+    const auto set_visible = [&](auto is_visible) {
+        for (const uint32_t label : all)
+            own_style(*scene.labels, label).visible = is_visible(label);
+        changed = true;
+    };
+    if (ImGui::SmallButton("see all"))
+        set_visible([](uint32_t) { return true; });
+    note("labels/all");
+    ImGui::SameLine();
+    if (ImGui::SmallButton("see one"))
+        set_visible([&](uint32_t label) { return label == state.label; });
+    note("labels/one");
+    ImGui::SameLine();
+    const uint32_t next = first_free(all);
+    ImGui::BeginDisabled(next == 0);
+    if (ImGui::SmallButton("new label")) {
+        state.label = static_cast<uint16_t>(next);
+        state.tool = &kDrawTool;
+        sought_ = {}; // it would leave the new one out
+    }
+    ImGui::EndDisabled();
+    note("labels/new");
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("find_").x);
+    ImGui::InputText("find", sought_.data(), sought_.size());
+    note("labels/find");
+    std::vector<uint32_t> found = all;
+    std::erase_if(found, [&](uint32_t label) {
+        return !has_part(work.name_of_label(label), sought_.data());
+    });
+    const float row = ImGui::GetFrameHeightWithSpacing();
+    const float height = row * static_cast<float>(std::min(found.size(), kMostRows) + 1) + 4.0f;
+    if (ImGui::BeginTable("labels", 5,
+                          ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
+                              ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoPadOuterX,
+                          ImVec2(0.0f, height))) {
+        ImGui::TableSetupScrollFreeze(0, 1);
+        ImGui::TableSetupColumn("see");
+        ImGui::TableSetupColumn("lock");
+        ImGui::TableSetupColumn("");
+        ImGui::TableSetupColumn("label", ImGuiTableColumnFlags_WidthStretch);
+        ImGui::TableSetupColumn("volume");
+        ImGui::TableHeadersRow();
+        ImGuiListClipper rows; // an atlas has hundreds
+        rows.Begin(static_cast<int>(found.size()));
+        while (rows.Step())
+            for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i)
+                changed |=
+                    draw_label_row(state, work, *scene.labels, found[static_cast<size_t>(i)]);
+        ImGui::EndTable();
+    }
+    draw_label_figures(state, work, orders);
+    draw_label_files(state, orders);
+    if (changed)
+        work.session().show(std::move(scene));
+}
+
+// From a file in the place of what is there; and to one, whose name says what: all labels, or the
+// surface of the one that is chosen.
+void Interface::draw_label_files(ViewState& state, std::vector<Order>& orders) {
+    ImGui::Separator();
+    if (ImGui::Button("labels of a file..")) {
+        state.browser_open = true;
+        state.browsing = Browsing::labels;
+    }
+    note("labels/open");
+    if (labels_file_[0] == '\0')
+        std::string("labels.nii.gz").copy(labels_file_.data(), labels_file_.size() - 1);
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export__").x);
+    ImGui::InputText("##labels", labels_file_.data(), labels_file_.size());
+    note("labels/file");
+    ImGui::SameLine();
+    if (ImGui::Button("export"))
+        orders.push_back({Order::Kind::export_labels, {}, time_s_, labels_file_.data()});
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s",
+                          ".nii.gz, .nrrd, .mha: all labels\n"
+                          ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
+    note("labels/export");
+}
+
+// The values that tools on labels are confined to: at first those of the window.
+void Interface::draw_only_values(ViewState& state, Work& work) {
+    bool only = state.only_values.has_value();
+    if (ImGui::Checkbox("only where values are", &only))
+        state.only_values = only ? std::optional(state.window) : std::nullopt;
+    note("labels/only");
+    if (!state.only_values)
+        return;
+    const ValueRange range = work.subject().range;
+    const double low = range.min, high = std::max(low + 1e-3, double{range.max});
+    drag_ends("labels", {"from", "to"}, *state.only_values, 0.0, {low, high}, work);
+}
+
+// Whether its style has changed.
+bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label) {
+    bool changed = false;
+    ImGui::PushID(static_cast<int>(label));
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    LabelStyle style = style_of(layer, label);
+    if (ImGui::Checkbox("##visible", &style.visible)) {
+        own_style(layer, label).visible = style.visible;
+        changed = true;
+    }
+    note(fmt::format("labels/visible/{}", label).c_str());
+    ImGui::TableNextColumn();
+    auto& locked = state.locked_labels;
+    const auto place = std::lower_bound(locked.begin(), locked.end(), label);
+    bool is_locked = place != locked.end() && *place == label;
+    if (ImGui::Checkbox("##locked", &is_locked)) {
+        if (is_locked)
+            locked.insert(place, static_cast<uint16_t>(label));
+        else
+            locked.erase(place);
+    }
+    note(fmt::format("labels/lock/{}", label).c_str());
+    ImGui::TableNextColumn();
+    float rgb[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
+                   static_cast<float>(style.color.z)};
+    if (ImGui::ColorEdit3("##color", rgb,
+                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
+        own_style(layer, label).color =
+            glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
+        changed = true;
+    }
+    note(fmt::format("labels/color/{}", label).c_str());
+    ImGui::TableNextColumn();
+    const std::string name = work.name_of_label(label);
+    const float gap = ImGui::CalcTextSize(" ").x; // before its volume
+    const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
+    if (ImGui::Selectable(shown.c_str(), state.label == label) && label <= 65535)
+        state.label = static_cast<uint16_t>(label);
+    if (ImGui::IsItemHovered()) // the column may be narrower
+        ImGui::SetTooltip("%s", name.c_str());
+    note(fmt::format("labels/row/{}", label).c_str());
+    ImGui::TableNextColumn();
+    const auto known = work.figures().known();
+    const uint64_t count = label < known->label_counts.size() ? known->label_counts[label] : 0;
+    if (const auto mm3 = work.label_sample_mm3(); mm3 && count > 0)
+        ImGui::TextUnformatted(ml_text(static_cast<double>(count) * *mm3).c_str());
+    else
+        ImGui::TextDisabled("-");
+    ImGui::PopID();
+    return changed;
+}
+
+// Of the label that is chosen.
+void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders) {
+    const auto known = work.figures().known();
+    const uint64_t count =
+        state.label < known->label_counts.size() ? known->label_counts[state.label] : 0;
+    ImGui::Separator();
+    ImGui::PushID(state.label);
+    ImGui::Text("label %u", unsigned{state.label});
+    ImGui::SameLine();
+    std::array<char, 128> name{};
+    work.own_name_of_label(state.label).copy(name.data(), name.size() - 1);
+    ImGui::SetNextItemWidth(-1.0f);
+    if (ImGui::InputTextWithHint("##name", "name", name.data(), name.size()))
+        work.name_label(state.label, name.data());
+    ImGui::PopID();
+    note("labels/name");
+    if (count == 0) {
+        ImGui::TextDisabled("no sample carries it");
+        return;
+    }
+    const auto button = [&](const char* text, const char* id, Order::Kind kind) {
+        if (ImGui::Button(text))
+            orders.push_back({kind, {}, time_s_});
+        note(id);
+    };
+    const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
+    ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
+    ImGui::BeginDisabled(work.meshing().has_value());
+    button("largest piece", "labels/largest", Order::Kind::keep_largest);
+    ImGui::SameLine();
+    button("fill holes", "labels/fill", Order::Kind::fill_holes);
+    ImGui::EndDisabled();
+    for (const LabelStatistics& one : known->labels) {
+        if (one.label != state.label)
+            continue;
+        if (one.count != count) {
+            ImGui::TextDisabled("counting ..");
+            return;
+        }
+        draw_values(one.values, work.unit());
+        if (ImGui::Button("go to its middle"))
+            move_crosshair(state, work.subject().grid, one.centroid_mm);
+        note("labels/middle");
+    }
+}
+
+} // namespace palpate::view

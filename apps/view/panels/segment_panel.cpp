@@ -1,0 +1,237 @@
+// Segmentation: seeds, a method, and what it found.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/view/panels/interface.h"
+#include "apps/view/panels/widgets.h"
+#include "apps/view/tools/mesh_tool.h"
+#include "apps/view/tools/wire_tool.h"
+
+namespace palpate::view {
+
+void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
+    constexpr std::pair<const char*, SeedBrush> brushes[] = {{"inside", SeedBrush::inside},
+                                                             {"outside", SeedBrush::outside},
+                                                             {"erase", SeedBrush::erase}};
+    for (const auto& [name, brush] : brushes) {
+        if (brush != SeedBrush::inside)
+            ImGui::SameLine();
+        const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
+        if (ImGui::RadioButton(name, is_it)) {
+            state.tool = &kSeedTool;
+            state.segmenting.brush = brush;
+        }
+        note(fmt::format("segment/{}", name).c_str());
+    }
+    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
+    note("segment/radius");
+    int label = state.label;
+    if (ImGui::InputInt("label", &label))
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{Work::kLastSeeded}));
+    note("segment/label");
+    if (ImGui::Button("clear seeds"))
+        orders.push_back({Order::Kind::clear_seeds, {}, time_s_, {}});
+    note("segment/clear");
+}
+
+namespace {
+
+// What the last run found, and of a threshold what a person has bounded its result by.
+std::optional<double> value_found(const MethodParameter& parameter, const SegmentMethod& method,
+                                  const Work& work) {
+    const auto& strength = work.strength();
+    if (strength && strength->method == &method && !strength->is_unbounded &&
+        std::string_view(parameter.name) == "threshold")
+        return strength->bound;
+    return work.found(method, parameter.name);
+}
+
+// The value that a parameter has when a person begins to give it.
+double first_value(const MethodParameter& parameter, std::optional<double> found,
+                   const ViewState& state, Work& work) {
+    const std::string_view name = parameter.name;
+    double value = parameter.fallback;
+    if (found)
+        value = *found;
+    else if (std::isnan(value) && (name == "low" || name == "high"))
+        value = name == "low" ? state.window.low : state.window.high; // what is seen
+    if (std::isnan(value)) {
+        value = 0.0;
+        work.tell(
+            fmt::format("{} begins at {:g}: once `segment` has run without it, at what that "
+                        "has found",
+                        name, std::clamp(value, parameter.least, parameter.most)));
+    }
+    return std::clamp(value, parameter.least, parameter.most);
+}
+
+} // namespace
+
+// One line a parameter: a box that says whether a person gives it, and its value.
+void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMethod& method) {
+    ParameterValues& given = state.segmenting.given[method.name];
+    for (const MethodParameter& parameter : method.parameters) {
+        ImGui::PushID(parameter.name);
+        const auto found = given.find(parameter.name);
+        bool is_given = found != given.end();
+        const std::optional<double> found_before = value_found(parameter, method, work);
+        if (ImGui::Checkbox("##given", &is_given)) {
+            if (is_given)
+                given[parameter.name] = first_value(parameter, found_before, state, work);
+            else
+                given.erase(parameter.name);
+        }
+        note(fmt::format("segment/give/{}", parameter.name).c_str());
+        ImGui::SameLine();
+        if (is_given) {
+            ImGui::SetNextItemWidth(0.35f * ImGui::GetWindowWidth());
+            double& value = given[parameter.name];
+            if (ImGui::InputDouble("##value", &value, 0.0, 0.0, "%.6g"))
+                value = std::clamp(value, parameter.least, parameter.most);
+            note(fmt::format("segment/value/{}", parameter.name).c_str());
+            ImGui::SameLine();
+            ImGui::TextUnformatted(parameter.name);
+        } else {
+            ImGui::TextUnformatted(parameter.name);
+            ImGui::SameLine();
+            std::string now = found_before ? fmt::format("{:.4g}", *found_before)
+                                           : fmt::format("{:g}", parameter.fallback);
+            if (parameter.fallback_text)
+                now = fmt::format("{}{}{}", parameter.fallback_text, found_before ? ": " : "",
+                                  found_before ? now : "");
+            ImGui::TextDisabled("%s", now.c_str());
+        }
+        if (ImGui::IsItemHovered())
+            ImGui::SetTooltip("%s%s%s", parameter.purpose, *parameter.unit ? "; " : "",
+                              parameter.unit);
+        ImGui::PopID();
+    }
+}
+
+// The bound of what the last method left behind: seen while it is dragged, and taken when it is let
+// go. Times lie octaves apart, so that the slider moves over their logarithm.
+void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& orders) {
+    const auto& strength = work.strength();
+    Segmenting& segmenting = state.segmenting;
+    if (!strength || segmenting.method != strength->method->name ||
+        !(strength->least < strength->most))
+        return;
+    ImGui::TextDisabled("%s", strength->method->strength);
+    std::string of;
+    for (const uint16_t label : strength->of)
+        of += fmt::format("{} {}", of.empty() ? "of label" : ",", label);
+    ImGui::TextDisabled("%s", of.c_str());
+    const bool by_octaves = is_object_below(*strength->method);
+    const auto to_slider = [&](double bound) { return by_octaves ? std::log2(bound) : bound; };
+    const double bound = segmenting.preview.value_or(strength->bound);
+    double at = to_slider(std::max(bound, by_octaves ? strength->least : 0.0));
+    const double least = to_slider(strength->least), most = to_slider(strength->most);
+    ImGui::BeginDisabled(work.segmenting().has_value());
+    if (ImGui::SliderScalar("bound", ImGuiDataType_Double, &at, &least, &most,
+                            fmt::format("{:.4g}", bound).c_str(),
+                            ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput))
+        segmenting.preview = by_octaves ? std::exp2(at) : at;
+    ImGui::EndDisabled();
+    note("segment/bound");
+    bound_held_ = ImGui::IsItemActive();
+    const bool is_let_go = ImGui::IsItemDeactivatedAfterEdit();
+    if (strength->is_unbounded) // below the slider, which stays where it is
+        hint(
+            "the front met no boundary: drag `bound` to where the yellow is the object, and let "
+            "it go");
+    if (!is_let_go || !segmenting.preview)
+        return;
+    bound_held_ = true; // until it is taken
+    orders.push_back({Order::Kind::bound, {}, time_s_, {}});
+}
+
+void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
+    if (ImGui::CollapsingHeader("Seeds", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_seed_brush(state, orders);
+    if (ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_method(state, work, orders);
+    if (ImGui::CollapsingHeader("Mesh", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_mesh_pulling(state, work, orders);
+    if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
+        return;
+    if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
+        state.tool = &kWireTool;
+    note("segment/wire");
+    hint("click in a slice: freeze; Enter or double click: fill with the label");
+}
+
+// The mesh of a label, whose faces are pulled, and which becomes the label again.
+void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders) {
+    const auto button = [&](const char* name, const char* id, Order::Kind kind) {
+        const bool pressed = ImGui::Button(name);
+        note(fmt::format("mesh/{}", id).c_str());
+        if (pressed)
+            orders.push_back({kind, {}, time_s_});
+        return pressed;
+    };
+    if (const auto share = work.meshing()) {
+        ImGui::ProgressBar(static_cast<float>(*share),
+                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
+        ImGui::SameLine();
+        button("cancel##mesh", "cancel", Order::Kind::mesh_drop);
+        return;
+    }
+    if (!work.mesh()) {
+        const std::string name = fmt::format("mesh of label {}", state.label);
+        if (button(name.c_str(), "make", Order::Kind::mesh_make))
+            state.tool = &kPullTool;
+        return;
+    }
+    if (ImGui::RadioButton("pull faces", state.tool == &kPullTool))
+        state.tool = &kPullTool;
+    note("mesh/pull");
+    Pulling& pulling = state.own.of<Pulling>();
+    int reach = static_cast<int>(pulling.reach);
+    if (ImGui::SliderInt("patch", &reach, 0, 12, "%d faces", ImGuiSliderFlags_AlwaysClamp))
+        pulling.reach = static_cast<uint32_t>(reach);
+    note("mesh/reach");
+    button(fmt::format("into label {}", work.mesh()->label()).c_str(), "apply",
+           Order::Kind::mesh_apply);
+    ImGui::SameLine();
+    button("drop", "drop", Order::Kind::mesh_drop);
+    hint("drag it in 3D or where a slice cuts it");
+}
+
+void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& orders) {
+    if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
+        for (const SegmentMethod& method : segment_methods()) {
+            if (method.takes_curves)
+                continue; // the window has none
+            if (ImGui::Selectable(method.name, state.segmenting.method == method.name))
+                state.segmenting.method = method.name;
+            note(fmt::format("segment/method/{}", method.name).c_str());
+            if (ImGui::IsItemHovered())
+                ImGui::SetTooltip("%s", method.purpose);
+        }
+        ImGui::EndCombo();
+    }
+    note("segment/methods");
+    const SegmentMethod* method = find_segment_method(state.segmenting.method);
+    if (!method)
+        return;
+    hint(method->purpose);
+    draw_parameters(state, work, *method);
+    if (const auto share = work.segmenting()) {
+        ImGui::ProgressBar(static_cast<float>(*share),
+                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
+        ImGui::SameLine();
+        if (ImGui::Button("cancel"))
+            orders.push_back({Order::Kind::stop_segmenting, {}, time_s_, {}});
+        note("segment/cancel");
+    } else {
+        if (ImGui::Button("segment##run"))
+            orders.push_back({Order::Kind::segment, {}, time_s_, {}});
+        note("segment/run");
+    }
+    draw_strength(state, work, orders);
+}
+
+} // namespace palpate::view

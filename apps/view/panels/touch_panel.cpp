@@ -1,0 +1,306 @@
+// The window of touch: the device, how it feels, and what it does.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "apps/view/panels/interface.h"
+#include "apps/view/panels/widgets.h"
+#include "apps/view/tools/hand_pointer.h"
+#include "haptics/field/field.h"
+#include "haptics/proxy/algorithms.h"
+#include "haptics/safety/chain.h"
+
+namespace palpate::view {
+
+namespace {
+
+using namespace haptics;
+
+template <class Choice, class Choices>
+bool choose_named(const char* id, Choice& now, const Choices& all) {
+    bool changed = false;
+    if (ImGui::BeginCombo(id, name_of(now))) {
+        for (const Choice value : all)
+            if (ImGui::Selectable(name_of(value), value == now)) {
+                now = value;
+                changed = true;
+            }
+        ImGui::EndCombo();
+    }
+    return changed;
+}
+
+// An amount of TouchParameters, and the algorithms that read it, by the beginnings of their names.
+struct Amount {
+    const char* id;
+    double TouchParameters::*member;
+    double high;
+    const char* format;
+    std::initializer_list<std::string_view> readers;
+    // With what else than the algorithm it counts: labels that are felt have their own.
+    bool of_labels_too = true;
+};
+const Amount kAmounts[] = {
+    {"stiffness", &TouchParameters::stiffness_n_per_m, 3000.0, "%.0f N/m", {""}},
+    {"damping", &TouchParameters::damping_n_s_per_m, 20.0, "%.1f N s/m", {""}},
+    {"friction",
+     &TouchParameters::friction_dynamic,
+     1.5,
+     "%.2f",
+     {"swept-", "vidholm", "eriksson", "koerner"}},
+    {"stiction", &TouchParameters::friction_static, 1.5, "%.2f", {"swept-"}},
+    {"T0", &TouchParameters::yield_n, 8.0, "%.2f N", {"swept-", "vidholm"}},
+    {"viscosity", &TouchParameters::viscosity_n_s_per_m, 20.0, "%.1f N s/m", {"swept-"}},
+    {"vibration", &TouchParameters::vibration_n, 1.0, "%.2f N", {"swept-", "eriksson"}},
+    {"drag from", &TouchParameters::drill_threshold_mm, 10.0, "%.1f mm", {"drill"}},
+    {"delay", &TouchParameters::surface_delay_s, 0.2, "%.3f s", {"koerner"}},
+};
+
+bool reads(std::string_view algorithm, std::initializer_list<std::string_view> readers) {
+    return algorithm != "none" &&
+           std::any_of(readers.begin(), readers.end(),
+                       [&](std::string_view begin) { return algorithm.starts_with(begin); });
+}
+
+} // namespace
+
+void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& orders) {
+    if (!state.touch_open)
+        return;
+    const Box box = places_of(state).touch;
+    ImGui::SetNextWindowPos(
+        ImVec2(static_cast<float>(box.low_px.x), static_cast<float>(box.low_px.y)));
+    ImGui::SetNextWindowSize(
+        ImVec2(static_cast<float>(box.size_px.x), static_cast<float>(box.size_px.y)));
+    if (ImGui::Begin("Touch", &state.touch_open,
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                         ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                         ImGuiWindowFlags_NoBringToFrontOnFocus |
+                         ImGuiWindowFlags_NoFocusOnAppearing |
+                         ImGuiWindowFlags_AlwaysVerticalScrollbar)) { // as the side panel
+        ImGui::PushItemWidth(-std::min(ImGui::CalcTextSize("right button_").x,
+                                       0.6f * ImGui::GetContentRegionAvail().x));
+        draw_touch_device(state, work, orders);
+        draw_touch_buttons(state, work);
+        draw_touch_feel(work);
+        draw_touch_plots(state, work);
+        ImGui::PopItemWidth();
+    }
+    ImGui::End();
+}
+
+void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Order>& orders) {
+    Touch& touch = work.touch();
+    HandOptions options = touch.options();
+    const auto order = [&](Order::Kind kind) { orders.push_back({kind, {}, time_s_, {}}); };
+    bool changed = false;
+    const std::string device = options.device.empty() ? kMouse : options.device;
+    if (ImGui::BeginCombo("device", device.c_str())) {
+        constexpr double kFresh_s = 1.0; // asking USB takes longer than a frame has
+        if (ImGui::IsWindowAppearing() || !(time_s_ - devices_at_s_ < kFresh_s)) {
+            devices_ = touch.devices();
+            devices_at_s_ = time_s_;
+        }
+        for (const std::string& name : devices_)
+            if (ImGui::Selectable(name.c_str(), name == device)) {
+                options.device = name;
+                changed = true;
+            }
+        ImGui::EndCombo();
+    }
+    note("touch/device");
+    if (ImGui::BeginCombo("algorithm", options.algorithm.c_str())) {
+        for (const AlgorithmEntry& entry : algorithms())
+            if (follows_edits(entry)) {
+                if (ImGui::Selectable(entry.name, entry.name == options.algorithm)) {
+                    options.algorithm = entry.name;
+                    changed = true;
+                }
+                if (ImGui::IsItemHovered())
+                    ImGui::SetTooltip("%s", entry.purpose);
+            }
+        ImGui::EndCombo();
+    }
+    note("touch/algorithm");
+    if (changed) {
+        touch.set_up(options);
+        if (touch.running()) // disarmed again
+            order(Order::Kind::hand_start);
+    }
+    if (ImGui::Button(touch.running() ? "stop" : "start")) {
+        if (!touch.running())
+            begin_hand(state, work.subject());
+        order(touch.running() ? Order::Kind::hand_stop : Order::Kind::hand_start);
+    }
+    note("touch/start");
+    ImGui::SameLine();
+    ImGui::BeginDisabled(!touch.running());
+    const bool armed = touch.armed();
+    if (armed)
+        ImGui::PushStyleColor(ImGuiCol_Button, ImVec4(0.75f, 0.25f, 0.1f, 1.0f));
+    if (ImGui::Button(armed ? "disarm" : "arm"))
+        order(armed ? Order::Kind::hand_disarm : Order::Kind::hand_arm);
+    note("touch/arm");
+    if (armed)
+        ImGui::PopStyleColor();
+    ImGui::EndDisabled();
+    ImGui::SameLine();
+    if (!touch.running()) {
+        ImGui::TextDisabled("no hand");
+        return;
+    }
+    const DeviceReport report = work.session().device_report();
+    constexpr const char* modes[] = {"no force (Space arms)", "waits until free", "force comes",
+                                     "force (Esc ends it)"};
+    if (report.faults & kFaultLatched)
+        ImGui::TextColored(ImVec4(1.0f, 0.5f, 0.4f, 1.0f), "fault: %s",
+                           fault_text(report.faults).c_str());
+    else
+        ImGui::TextUnformatted(modes[static_cast<size_t>(report.force)]);
+    if (!touch.by_pointer()) {
+        WorkspaceSettings settings = work.session().workspace();
+        if (slide("scale", settings.scale, 0.1, 20.0, "%.2f mm/mm", true))
+            work.session().move_workspace(settings);
+        note("touch/scale");
+        if (ImGui::Button("turn to the view"))
+            work.session().align_workspace(state.camera);
+        note("touch/align");
+    } else {
+        ImGui::Checkbox("as deep as what is seen", &state.stylus.on_surface);
+        note("touch/on_surface");
+        slide("deeper", state.stylus.push_mm, -50.0, 50.0, "%.2f mm");
+        note("touch/deeper");
+    }
+}
+
+void Interface::draw_touch_buttons(ViewState& state, const Work& work) {
+    ImGui::Separator();
+    Stylus& stylus = state.stylus;
+    const bool is_mouse = stylus.by_pointer || !stylus.on;
+    choose_named(is_mouse ? "left button" : "button 0", stylus.first, kCarves);
+    note("touch/first");
+    choose_named(is_mouse ? "right button" : "button 1", stylus.second, kCarves);
+    note("touch/second");
+    if (is_mouse)
+        hint("in 3D wheel up: deeper; the middle button rotates");
+    choose_named("shape", stylus.shape, kTipShapes);
+    note("touch/shape");
+    const auto mills = [](Carve carve) { return carve == Carve::drill || carve == Carve::add; };
+    if (mills(stylus.first) || mills(stylus.second)) {
+        slide("rate", stylus.rate_per_s, 0.1, 100.0, "%.2g ranges/s", true);
+        note("touch/rate");
+    }
+    ImGui::Checkbox("force as an arrow", &stylus.arrow_shown);
+    note("touch/arrow");
+    ImGui::Checkbox("sound", &stylus.sound_on);
+    note("touch/sound");
+    if (stylus.sound_on && !work.sound().why_silent().empty() && ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", work.sound().why_silent().c_str());
+    ImGui::SameLine();
+    ImGui::Checkbox("dust", &stylus.dust_shown);
+    note("touch/dust");
+    if (stylus.sound_on && !work.sound().why_silent().empty())
+        hint("no sound: point at the box to see why");
+    choose_named("3D by", state.seen_as, kSeenAs);
+    note("touch/seen_as");
+    ImGui::Checkbox("widgets in 3D", &state.palette_shown);
+    note("touch/palette");
+}
+
+void Interface::draw_touch_feel(Work& work) {
+    ImGui::Separator();
+    TouchParameters p = work.session().parameters();
+    const std::string_view algorithm = work.touch().options().algorithm;
+    bool changed = false;
+    const bool has_source = algorithm != "none" && !algorithm.starts_with("wish-");
+    if (has_source && work.has_labels()) {
+        int source = p.source == TouchSource::labels;
+        changed |= ImGui::RadioButton("grey values", &source, 0);
+        note("touch/grey");
+        ImGui::SameLine();
+        changed |= ImGui::RadioButton("labels", &source, 1);
+        note("touch/labels");
+        p.source = source ? TouchSource::labels : TouchSource::grey;
+    }
+    for (const Amount& amount : kAmounts)
+        if (reads(algorithm, amount.readers)) {
+            changed |= slide(amount.id, p.*amount.member, 0.0, amount.high, amount.format);
+            note(fmt::format("touch/{}", amount.id).c_str());
+        }
+    // A static coefficient below the dynamic one has no meaning.
+    if (reads(algorithm, {"swept-"}))
+        p.friction_static = std::max(p.friction_static, p.friction_dynamic);
+    if (algorithm.starts_with("wish-")) {
+        const Subject& subject = work.subject();
+        const double low = subject.range.min, high = subject.range.max;
+        // Directed modes have one axis, the others a second one across it.
+        const bool directed = algorithm.ends_with("potential") || algorithm.ends_with("vector");
+        constexpr const char* axes[] = {"along", "across"};
+        for (size_t axis = 0; axis < (directed ? 1u : 2u); ++axis) {
+            HapticTransfer& t = p.transfer[axis];
+            ImGui::PushID(static_cast<int>(axis));
+            ImGui::TextUnformatted(axes[axis]);
+            const auto amount = [&](const char* id, double& value, double least, double most,
+                                    const char* format) {
+                changed |= slide(id, value, least, most, format);
+                note(fmt::format("touch/{}/{}", axes[axis], id).c_str());
+            };
+            amount("A", t.strength_n, 0.0, 6.0, "%.2f N");
+            amount("beta", t.center, low, high, "%.5g");
+            amount("alpha", t.width, 0.0, 0.25 * (high - low), "%.4g");
+            ImGui::PopID();
+        }
+    }
+    if (changed)
+        work.session().feel(p);
+    const bool has_iso = has_source && p.source == TouchSource::grey;
+    if (has_iso) {
+        const ValueRange range = work.subject().range;
+        if (double iso = p.iso; slide("solid from", iso, range.min, range.max, "%.5g"))
+            work.session().set_iso(iso);
+        note("touch/iso");
+        if (ImGui::IsItemDeactivatedAfterEdit()) {
+            TouchParameters tuned = work.session().parameters();
+            if (const TouchScene felt = work.session().felt(); felt.grey)
+                tune(tuned, *felt.grey);
+            work.session().feel(tuned);
+        }
+    }
+}
+
+void Interface::draw_touch_plots(const ViewState& state, Work& work) {
+    const Touch& touch = work.touch();
+    if (!state.stylus.on)
+        return;
+    ImGui::Separator();
+    const auto plot = [&](const char* id, const std::vector<float>& values, float least, float most,
+                          const char* format) {
+        const auto [low, high] = std::minmax_element(values.begin(), values.end());
+        ImGui::PlotLines(id, values.data(), static_cast<int>(values.size()), 0,
+                         fmt::format(fmt::runtime(format), values.back()).c_str(),
+                         std::min(least, *low), std::max(most, *high),
+                         ImVec2(0.0f, 3.0f * ImGui::GetTextLineHeight()));
+        note(fmt::format("touch/plot/{}", id).c_str());
+    };
+    plot("force", touch.forces_n(), 0.0f, 1.0f, "{:.2f} N");
+    plot("energy", touch.energies_mj(), -1.0f, 1.0f, "{:.1f} mJ");
+    const Telemetry& t = *touch.telemetry();
+    const auto us = [](const haptics::Histogram& h, double share) {
+        return static_cast<double>(h.percentile(share)) / 1e3;
+    };
+    const uint64_t ticks = t.ticks;
+    hint(fmt::format("{} ticks, {} missed", ticks, t.skipped.load()).c_str());
+    const Work::Backlog& backlog = work.backlog();
+    hint(fmt::format("edits: {} inputs wait, {:.2f} s behind", backlog.inputs, backlog.seconds)
+             .c_str());
+    if (const std::string text = touch.servo_text(); !text.empty()) {
+        hint(fmt::format("p99: tick {:.0f} us, woken after {:.0f} us", us(t.whole_ns, 0.99),
+                         us(t.wake_ns, 0.99))
+                 .c_str());
+        hint(text.c_str());
+    }
+}
+
+} // namespace palpate::view

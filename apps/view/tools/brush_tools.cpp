@@ -1,0 +1,56 @@
+// The tools that draw strokes with a round brush.
+
+#include "apps/view/tools/tool.h"
+
+namespace palpate::view {
+
+std::optional<Drag::Kind> press_stroke(const ToolEvent& at) {
+    if (!is_slice(at.panel))
+        return std::nullopt;
+    at.order(Order::Kind::stroke_down, at.point_mm());
+    return Drag::Kind::tool;
+}
+
+void drag_stroke(const ToolEvent& at) {
+    at.order(Order::Kind::stroke_move, at.point_mm());
+}
+
+void end_stroke(const ToolEvent& at) {
+    const ViewState& state = at.state();
+    at.order(Order::Kind::stroke_up,
+             box_of(state, at.panel)
+                 ? point_under(state, at.subject.grid, at.panel, state.drag->last_px)
+                 : state.crosshair_mm); // the layout changed meanwhile
+}
+
+void abort_stroke(const ToolEvent& at) {
+    at.order(Order::Kind::stroke_cancel);
+}
+
+// `stroke`: what it does; `first_button`: Tool::first_button.
+static constexpr Tool brush(const char* name, const char* title, const char* key, const char* help,
+                            Carve stroke, std::optional<Carve> first_button) {
+    return {.name = name,
+            .title = title,
+            .key = key,
+            .help = help,
+            .press = press_stroke,
+            .drag = drag_stroke,
+            .release = end_stroke,
+            .abort = abort_stroke,
+            .stroke = stroke,
+            .first_button = first_button,
+            .has_radius = true};
+}
+
+constinit const Tool kDrawTool =
+    brush("draw", "draw", "b", "draws the label", Carve::draw, Carve::draw);
+constinit const Tool kEraseTool =
+    brush("erase", "erase", "e", "sets labels to 0", Carve::erase, Carve::erase);
+constinit const Tool kSeedTool =
+    brush("seed", "seeds", "q", "where objects are, for a segmentation (tab segment)", Carve::seed,
+          std::nullopt);
+constinit const Tool kCutTool =
+    brush("cut", "cut", "x", "cuts grey values away", Carve::cut, Carve::cut);
+
+} // namespace palpate::view

@@ -1,0 +1,37 @@
+// The table of tools.
+
+#include <cctype>
+
+#include "apps/view/tools/measure_tool.h"
+#include "apps/view/tools/mesh_tool.h"
+#include "apps/view/tools/pick_tool.h"
+#include "apps/view/tools/tool.h"
+#include "apps/view/tools/wire_tool.h"
+
+namespace palpate::view {
+
+std::span<const Tool* const> tools() {
+    static constexpr const Tool* all[] = {&kCrosshairTool, &kMeasureTool, &kDrawTool,
+                                          &kEraseTool,     &kWireTool,    &kSeedTool,
+                                          &kCutTool,       &kPickTool,    &kPullTool};
+    return all;
+}
+
+std::string key_of(const Tool& tool) {
+    return {static_cast<char>(std::toupper(tool.key[0]))};
+}
+
+bool take_tool(ViewState& state, const std::string& key) {
+    for (const Tool* tool : tools()) {
+        if (!tool->key || key != tool->key)
+            continue;
+        if (tool->take)
+            tool->take(state, state.tool == tool);
+        state.tool = tool;
+        state.stylus.first = tool->first_button.value_or(state.stylus.first);
+        return true;
+    }
+    return false;
+}
+
+} // namespace palpate::view

@@ -1,0 +1,279 @@
+#include "apps/view/window/viewer.h"
+
+#include <algorithm>
+
+#include "apps/view/tools/hand_pointer.h"
+#include "apps/view/tools/tool.h"
+#include "apps/view/window/interaction.h"
+#include "engine/base/profile.h"
+
+namespace palpate::view {
+
+Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
+               glm::uvec2 size_px, double text_scale, ViewerOptions options)
+    : pictures_device_(&pictures),
+      interface_device_(&interface),
+      format_(format),
+      options_(std::move(options)),
+      interface_(std::make_unique<Interface>(text_scale)),
+      drawing_(std::make_unique<UiDrawing>(interface, format)),
+      interface_scale_(text_scale) {
+    state_.size_px = size_px;
+    state_.text_scale = text_scale;
+    begin(std::move(source));
+    state_.light = options_.light;
+    if (options_.asks_for_file) {
+        state_.browser_open = true;
+        state_.tab = Tab::file;
+        work_->tell("this is a phantom to try tools on; open a file, or a folder of DICOM files");
+    }
+    if (options_.recent)
+        interface_->set_recent(options_.recent(""));
+}
+
+void Viewer::begin(Source source) {
+    drop_pictures(); // before the session that they look at
+    previews_.reset();
+    interface_->show_previews(nullptr);
+    interface_->forget_message();
+    pictures_with_ = {.renderer = options_.renderer,
+                      .frame_ms = options_.frame_ms,
+                      .meshes = source.scene.loaded.data.meshes,
+                      .fused = source.scene.loaded.data.fused,
+                      .overlay = source.scene.loaded.data.overlay,
+                      .on_picture = options_.on_picture,
+                      .threaded = options_.threaded,
+                      .stay = pictures_device_->handle() == interface_device_->handle()};
+    work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
+                                   options_.threaded);
+    work_->touch().set_up(options_.hand);
+    state_ = work_->subject().home;
+    state_.recovered_steps = work_->recovered_steps();
+    if (options_.display)
+        use_profile(state_.stereo, *options_.display);
+    if (options_.volume_alone) {
+        state_.layout = Layout::volume;
+        state_.tools_open = state_.status_open = state_.notes_shown = false;
+    }
+    if (!options_.hand.device.empty()) {
+        begin_hand(state_, work_->subject());
+        work_->obey({Order::Kind::hand_start, {}, 0.0, {}}, state_);
+    }
+    make_pictures();
+}
+
+void Viewer::make_pictures() {
+    state_of_pictures_ = {};
+    pictures_ = std::make_unique<Pictures>(*pictures_device_, work_->session(), pictures_with_);
+}
+
+void Viewer::drop_pictures() {
+    new_pictures_.clear();
+    drawing_->drop_pictures();
+    end_figure();
+    pictures_.reset();
+}
+
+Viewer::~Viewer() {
+    stop_opening_.request_stop();
+    end_figure();
+}
+
+// Letters are drawn sharp at each size: the interface is made anew.
+void Viewer::follow_text_scale() {
+    if (interface_scale_ == state_.text_scale)
+        return;
+    interface_scale_ = state_.text_scale;
+    drop_pictures();
+    drawing_.reset(); // waits for the device
+    interface_.reset();
+    interface_ = std::make_unique<Interface>(interface_scale_);
+    drawing_ = std::make_unique<UiDrawing>(*interface_device_, format_);
+    if (options_.recent)
+        interface_->set_recent(options_.recent(""));
+    make_pictures();
+}
+
+void Viewer::frame(std::vector<Event> events, double time_s) {
+    const profile::Scope scope("frame");
+    time_s_ = time_s;
+    std::vector<Order> orders;
+    // Whether a move is a widget's is known a frame late: the one that left it is the view's, too.
+    const Event still{.kind = Event::Kind::move, .time_s = time_s, .at_px = state_.pointer_px};
+    if (over_widget_ && !state_.drag && !interface_->takes(still)) {
+        over_widget_ = false;
+        state_ = after(std::move(state_), still, work_->subject()).state;
+    }
+    for (Event& event : events) {
+        event.for_widget = !state_.drag && interface_->takes(event);
+        if (event.kind == Event::Kind::move)
+            over_widget_ = event.for_widget;
+        Outcome next = after(std::move(state_), event, work_->subject());
+        state_ = std::move(next.state);
+        for (Order& order : next.orders)
+            orders.push_back(std::move(order));
+    }
+    bool wants_picture = false;
+    const auto obey = [&](const std::vector<Order>& all) {
+        for (const Order& order : all)
+            if (order.kind == Order::Kind::open)
+                ask_to_leave({.path = order.path, .series = order.series});
+            else if (order.kind == Order::Kind::open_labels ||
+                     order.kind == Order::Kind::open_fused)
+                open_beside(order.path, order.kind == Order::Kind::open_labels);
+            else if (order.kind == Order::Kind::close)
+                ask_to_leave({.closes = true});
+            else if (order.kind == Order::Kind::leave && state_.leaving)
+                leave();
+            else if (order.kind == Order::Kind::picture)
+                wants_picture = true; // with this frame's interface
+            else if (order.kind == Order::Kind::figure)
+                print_figure(order.path);
+            else if (order.kind == Order::Kind::stop_figure && figure_)
+                figure_->stop.request_stop();
+            else if (order.kind == Order::Kind::cancel_opening)
+                stop_opening_.request_stop();
+            else if (order.kind == Order::Kind::save)
+                save(order);
+            else
+                work_->obey(order, state_);
+    };
+    obey(orders);
+    poll_opening();
+    follow_text_scale();
+    follow_figure();
+    for (Picture& picture : pictures_->take()) {
+        ++looks_;
+        if (saw_picture)
+            saw_picture(picture);
+        new_pictures_.push_back(std::move(picture));
+    }
+    for (const Picture& picture : new_pictures_)
+        state_of_pictures_[static_cast<size_t>(picture.panel)] = {
+            true, picture.complete, picture.ms, picture.error_estimate};
+    work_->follow_hand(state_, time_s);
+    work_->poll();
+    ask_where_again();
+    leave_when_saved();
+    if (const std::string made = work_->take_new_project(); !made.empty() && options_.recent)
+        interface_->set_recent(options_.recent(made));
+    work_->watch(state_);
+    follow_previews();
+    const Settings before{state_.light, state_.text_scale};
+    obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
+    if (const Settings now{state_.light, state_.text_scale};
+        options_.keep_settings && now != before)
+        options_.keep_settings(now);
+    work_->show_as_wanted(state_);
+    if (!options_.threaded)
+        work_->session().settle();
+    wish();
+    if (wants_picture)
+        save_picture();
+}
+
+void Viewer::wish() {
+    std::vector<Pictures::Wish> wishes;
+    // A brush in the hand: the first stroke shall not wait for rays of another kind.
+    const bool has_labels = work_->has_labels() || state_.tool == &kDrawTool;
+    for (const Places::View& view : places_of(state_).views)
+        wishes.push_back({view.panel,
+                          scene_of(state_, work_->subject().grid, view.panel,
+                                   work_->session().scene(), has_labels),
+                          display_of(state_, view.panel, screen_px_)});
+    for (Pictures::Wish& wish : wishes) // the hand's tool lies among the rays, at its depth
+        for (const Work::HandSurface& surface : work_->hand_surfaces(state_))
+            if (wish.panel == Panel::volume && wish.scene.surfaces.size() < kMaxSurfaces) {
+                wish.scene.surfaces.push_back(surface.layer);
+                wish.meshes.push_back(surface.mesh);
+            }
+    pictures_->want(std::move(wishes));
+}
+
+uint64_t Viewer::looks() {
+    UiTiles seen = tiles_of(interface_->lists());
+    if (seen != tiles_seen_)
+        ++looks_;
+    tiles_seen_ = std::move(seen);
+    return looks_;
+}
+
+void Viewer::record(Commands& commands, UiTarget& target) {
+    for (Picture& picture : new_pictures_) {
+        const uint32_t number = Interface::texture_of(picture.panel);
+        if (!picture.image) {
+            drawing_->set_picture(commands, number, picture.size_px, picture.rgba);
+            continue;
+        }
+        commands.wait_for(picture.ready);
+        drawing_->set_picture(number, std::move(picture.image));
+    }
+    new_pictures_.clear();
+    if (previews_ && (std::exchange(new_previews_, false) ||
+                      !drawing_->has_picture(Interface::kPreviewsTexture)))
+        drawing_->set_picture(commands, Interface::kPreviewsTexture, previews_->size_px(),
+                              previews_->rgba());
+    drawing_->record(commands, target, interface_->lists());
+}
+
+Result<void> Viewer::draw_pictures() {
+    PALPATE_TRY(new_pictures_, pictures_->draw());
+    return {};
+}
+
+Result<Image> Viewer::shot() {
+    PALPATE_TRY(draw_pictures());
+    frame({}, time_s_ + kFrame_s); // the notes know of the pictures
+    return capture();
+}
+
+Image Viewer::capture() {
+    const glm::uvec2 size = state_.size_px;
+    Commands commands(*interface_device_);
+    UiTarget target{GpuImage(*interface_device_, "shot",
+                             {.format = format_, .size = glm::uvec3(size, 1), .attachment = true})};
+    record(commands, target);
+    const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size, 1)};
+    const BufferSlice texels =
+        commands.read_back(target.image, std::span(&all, 1), uint64_t{4} * size.x * size.y);
+    commands.submit();
+    commands.ticket().wait();
+    const bool swapped = format_ == VK_FORMAT_B8G8R8A8_UNORM || format_ == VK_FORMAT_B8G8R8A8_SRGB;
+    Image image = make_image(size, {"R", "G", "B"});
+    const std::byte* from = texels.mapped().data();
+    for (size_t i = 0; i < size_t{size.x} * size.y; ++i)
+        for (size_t c = 0; c < 3; ++c)
+            image.samples[3 * i + c] =
+                static_cast<float>(from[4 * i + (swapped ? 2 - c : c)]) / 255.0f;
+    return image;
+}
+
+Json Viewer::dump() {
+    Json json = work_->dump(state_);
+    json["message"] = interface_->message();
+    json["widgets"] = Json::object();
+    for (const auto& [id, box] : interface_->widgets())
+        json["widgets"][id] = {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
+    return json;
+}
+
+void replay(Viewer& viewer, const Script& script) {
+    constexpr uint64_t kIdle = 3; // frames after which nothing changes without events
+    double time_s = 0.0;
+    uint64_t frame = 0;
+    for (size_t next = 0; next < script.lines.size(); ++frame) {
+        frame =
+            std::max(frame, script.lines[next].frame - std::min(script.lines[next].frame, kIdle));
+        std::vector<Event> events;
+        for (; next < script.lines.size() && script.lines[next].frame <= frame; ++next)
+            events.push_back(script.lines[next].event);
+        // Frames without events take their share of the time that passes.
+        time_s = events.empty() ? std::min(time_s + kFrame_s, script.lines[next].event.time_s)
+                                : events.back().time_s;
+        viewer.frame(std::move(events), time_s);
+    }
+    for (int i = 1; i <= 2; ++i) // widgets answer in the frame after a release
+        viewer.frame({}, time_s + i * kFrame_s);
+}
+
+} // namespace palpate::view

@@ -1,0 +1,163 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
+
+#include "apps/view/drawing/pictures.h"
+#include "apps/view/drawing/ui_drawing.h"
+#include "apps/view/panels/interface.h"
+#include "apps/view/script/script.h"
+#include "apps/view/window/settings.h"
+#include "engine/base/json.h"
+#include "engine/image/image.h"
+#include "engine/io/volume_io.h"
+
+namespace palpate::view {
+
+// What views and pictures are made with.
+struct ViewerOptions {
+    RendererOptions renderer;
+    double frame_ms = 60.0; // of coarse pictures of the volume
+    bool threaded = true;   // false: for scripts, whose result is a function of their input
+    std::optional<DisplayProfile> display{}; // of a stereo screen
+    bool volume_alone = false;               // begins with nothing but the volume's view
+    // Opens another file by its name, for files that are dropped on the window.
+    // From a thread of its own, where threaded. `series`: of a DICOM folder; empty: the largest.
+    std::function<Result<Source>(const std::string& path, const std::string& series,
+                                 const std::stop_token& stop,
+                                 const std::function<void(double share)>& progress)>
+        open;
+    // Reads a label map, or another volume, for the one that is open.
+    std::function<Result<LoadedVolume>(const std::string& path, bool labels,
+                                       const std::stop_token& stop,
+                                       const std::function<void(double share)>& progress)>
+        open_beside{};
+    SeriesPreviews::Read preview{}; // of a DICOM folder; empty: its series have no pictures
+    // What was opened last, and a word to it that `path` has been opened; may be empty.
+    std::function<std::vector<std::string>(const std::string& path)> recent;
+    bool asks_for_file = false; // what is open at first is there to try: a list of files is open
+    bool light = false;         // the interface, at first
+    // What a person has changed; may be empty.
+    std::function<void(const Settings&)> keep_settings{};
+    std::function<void()> on_picture;
+    HandOptions hand; // where it names a device, that is started, without force
+};
+
+// The program without its window: a frame takes events, changes the state and the document, and
+// lays out the interface. Drawing it on an image is another step.
+class Viewer {
+ public:
+    // `pictures` draws volumes, `interface` what is shown; both may be one where nothing is
+    // threaded. Where they are one Vulkan device, pictures do not leave it.
+    Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
+           glm::uvec2 size_px, double text_scale, ViewerOptions options);
+
+    ~Viewer();
+
+    void frame(std::vector<Event> events, double time_s);
+
+    // Draws the interface on a target of the format, with the newest pictures.
+    void record(Commands& commands, UiTarget& target);
+
+    // Without a thread: all pictures at full quality, drawn by the next record().
+    Result<void> draw_pictures();
+    // The window as an image; without a thread, at full quality.
+    Result<Image> shot();
+    // The window as it is now.
+    Image capture();
+
+    // The next record() draws all of the window, not only what has changed.
+    void forget_drawing() { drawing_->forget(); }
+
+    // Rises when what record() draws is another than before.
+    uint64_t looks();
+
+    const ViewState& state() const { return state_; }
+    Work& work() { return *work_; }
+    const Interface& interface() const { return *interface_; }
+    Json dump();
+    std::optional<std::string> failure() { return pictures_->failure(); }
+    std::string title() const { return state_.names_hidden ? "" : work_->title(); }
+    // Where the window's first pixel lies on the screen: interleaved layouts count from there.
+    void set_place(glm::ivec2 screen_px) { screen_px_ = screen_px; }
+    // A 3D cursor stands in for the pointer.
+    bool hides_pointer() const { return state_.cursor_mm && state_.under == Panel::volume; }
+    // Every picture that frame() takes, for measurements.
+    std::function<void(const Picture&)> saw_picture{};
+    // The window is to close: it was asked to, and no edits are lost that a person wants to keep.
+    bool is_done() const { return done_; }
+
+ private:
+    void open(const std::string& path, const std::string& series);
+    void open_beside(const std::string& path, bool labels);
+    template <class Read>
+    auto start_opening(const std::string& path, Read read); // its future
+    bool may_open();                                        // else a person is told why not
+    void tell_unopened(const Error& error, const std::string& path);
+    // Closes or opens where no edits are lost; else a person is asked first.
+    void ask_to_leave(Leaving leaving);
+    void leave();
+    void save(const Order& order);
+    void ask_where_again();
+    void leave_when_saved();
+    void take_opened(Result<Source> opened);
+    void take_beside(Result<LoadedVolume> opened);
+    void show_fused(LoadedVolume opened);
+    void poll_opening();
+    void follow_previews();
+    void follow_text_scale();
+    void save_picture();
+    void print_figure(const std::string& file);
+    void follow_figure();          // how far it is, and that it is written
+    void end_figure();             // stops what is being drawn, and waits for it
+    std::string file_name() const; // of pictures
+    void begin(Source source);
+    void drop_pictures();
+    void make_pictures(); // of the session's; the textures are there when they are
+    void wish();
+
+    GpuDevice *pictures_device_, *interface_device_;
+    VkFormat format_;
+    ViewerOptions options_;
+    std::unique_ptr<Interface> interface_;
+    std::unique_ptr<UiDrawing> drawing_;
+    std::unique_ptr<Work> work_;
+    Pictures::Options pictures_with_;
+    std::unique_ptr<Pictures> pictures_;
+    ViewState state_;
+    double time_s_ = 0;        // of the last frame
+    bool over_widget_ = false; // the pointer was, at its last move
+    glm::ivec2 screen_px_{0};
+    std::vector<Picture> new_pictures_;
+    UiTiles tiles_seen_; // by looks()
+    uint64_t looks_ = 0;
+    std::array<PictureState, kPanels.size()> state_of_pictures_{};
+    double interface_scale_ = 1.0; // that interface_ is made for
+    std::stop_source stop_opening_;
+    bool done_ = false;
+    std::unique_ptr<SeriesPreviews> previews_;
+    bool new_previews_ = false;  // since record()
+    bool offers_series_ = false; // of the folder that is being opened
+    std::shared_ptr<std::atomic<double>> opening_share_;
+    struct FigureRun {
+        std::stop_source stop;
+        std::atomic<uint32_t> drawn{0};
+        uint32_t pictures = 1;
+        std::function<void()> on_drawn;           // may be empty
+        std::future<Result<std::string>> written; // what is told
+    };
+    std::unique_ptr<FigureRun> figure_;
+    bool beside_is_labels_ = false; // what is opened beside the volume
+    // Last: their threads end before the rest goes.
+    std::future<Result<Source>> opening_;
+    std::future<Result<LoadedVolume>> opening_beside_;
+};
+
+// Does a script's frames, and two after its last event, at the times it tells. Of frames without
+// events, in which nothing changes, at most three are done between two events.
+void replay(Viewer& viewer, const Script& script);
+
+} // namespace palpate::view

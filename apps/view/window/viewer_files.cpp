@@ -1,0 +1,367 @@
+// The part of the viewer that opens, leaves and writes files.
+
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/palpate/turntable.h"
+#include "apps/view/document/free_name.h"
+#include "apps/view/document/label_import.h"
+#include "apps/view/window/viewer.h"
+#include "engine/base/log.h"
+#include "engine/base/memory.h"
+#include "engine/image/png.h"
+#include "engine/session/default_scene.h"
+#include "engine/volume/extent.h"
+
+namespace palpate::view {
+
+namespace {
+
+std::string written(const std::filesystem::path& path) {
+    return fmt::format("picture written: {}", std::filesystem::absolute(path).string());
+}
+
+} // namespace
+
+// On a thread of its own, where there are threads; it can be stopped, and says how far it is.
+template <class Read>
+auto Viewer::start_opening(const std::string& path, Read read) {
+    stop_opening_ = std::stop_source();
+    state_.opening = path;
+    state_.opening_since_s = time_s_;
+    state_.opening_share = 0.0;
+    opening_share_ = std::make_shared<std::atomic<double>>(0.0);
+    return std::async(
+        options_.threaded ? std::launch::async : std::launch::deferred,
+        [read = std::move(read), path, stop = stop_opening_.get_token(),
+         share = opening_share_]() -> std::invoke_result_t<const Read&, const std::stop_token&,
+                                                           const std::function<void(double)>&> {
+            try {
+                return read(stop, [share](double s) { *share = s; });
+            } catch (const std::exception& error) { // such as memory that is not there
+                return fail("{}: {}", path, error.what());
+            }
+        });
+}
+
+bool Viewer::may_open() {
+    const bool is_opening = opening_.valid() || opening_beside_.valid();
+    if (is_opening)
+        work_->tell("a file is being read: cancel it first");
+    return !is_opening;
+}
+
+void Viewer::open(const std::string& path, const std::string& series) {
+    if (!options_.open || !may_open())
+        return;
+    offers_series_ = series.empty();
+    opening_ = start_opening(
+        path, [open = options_.open, path, series](const std::stop_token& stop,
+                                                   const std::function<void(double)>& progress) {
+            return open(path, series, stop, progress);
+        });
+    if (!options_.threaded)
+        take_opened(opening_.get());
+}
+
+void Viewer::open_beside(const std::string& path, bool labels) {
+    if (!options_.open_beside || !may_open())
+        return;
+    if (figure_ && !labels)
+        return work_->tell("a figure is being drawn: open the volume after it");
+    beside_is_labels_ = labels;
+    const auto read = [open = options_.open_beside, path, labels, grid = work_->subject().grid](
+                          const std::stop_token& stop,
+                          const std::function<void(double)>& progress) -> Result<LoadedVolume> {
+        PALPATE_TRY(LoadedVolume opened, open(path, labels, stop, progress));
+        if (labels && !(opened.volume.range().max > 0.0f))
+            return fail("{}: expected labels, found a map of zeros", path);
+        for (const std::string& note : std::exchange(opened.notes, {}))
+            log::info("{}", note);
+        if (labels)
+            return on_grid(std::move(opened), grid, stop);
+        if (const std::string apart = apart_text(path, opened.volume.grid(), grid); !apart.empty())
+            return fail("{}", apart);
+        return opened;
+    };
+    opening_beside_ = start_opening(path, read);
+    if (!options_.threaded)
+        take_beside(opening_beside_.get());
+}
+
+void Viewer::ask_to_leave(Leaving leaving) {
+    state_.leaving = std::move(leaving);
+    state_.saving_open = false; // one question at a time
+    if (!work_->leaving_loses_edits())
+        leave();
+}
+
+void Viewer::leave() {
+    const Leaving leaving = *std::exchange(state_.leaving, std::nullopt);
+    if (leaving.closes) {
+        work_->drop_steps();
+        done_ = true;
+    } else {
+        open(leaving.path, leaving.series);
+    }
+}
+
+// A session without a project is asked for a folder first.
+void Viewer::save(const Order& order) {
+    if (order.path.empty() && !work_->has_project())
+        state_.saving_open = state_.saving_typing = true;
+    else
+        work_->obey(order, state_);
+    ask_where_again();
+}
+
+// After a new project could not be made there.
+void Viewer::ask_where_again() {
+    std::optional<Work::FailedSave> failed = work_->take_failed_save();
+    if (!failed)
+        return;
+    state_.saving_open = state_.saving_typing = true;
+    state_.saving_folder = std::move(failed->folder);
+    state_.saving_failed = std::move(failed->reason);
+}
+
+void Viewer::leave_when_saved() {
+    if (!state_.leaving || !state_.leaving->saving || state_.saving_open || work_->is_saving() ||
+        (state_.leaving->applying && work_->meshing()))
+        return;
+    if (std::exchange(state_.leaving->applying, false) && !work_->mesh_is_pulled())
+        save({Order::Kind::save, {}, time_s_});
+    else if (work_->leaving_loses_edits())
+        state_.leaving.reset(); // the save was cancelled, or failed and says why
+    else
+        leave();
+}
+
+// Pictures of series are made while the chooser is open.
+void Viewer::follow_previews() {
+    if (!state_.series_open || !options_.preview) {
+        previews_.reset();
+    } else if (!previews_) {
+        std::vector<uint32_t> numbers;
+        for (const SeriesLine& line : work_->series())
+            numbers.push_back(line.number);
+        previews_ = std::make_unique<SeriesPreviews>(options_.preview, work_->path(), numbers,
+                                                     options_.threaded);
+    }
+    if (previews_ && previews_->poll()) {
+        new_previews_ = true;
+        ++looks_;
+    }
+    interface_->show_previews(previews_.get());
+}
+
+void Viewer::poll_opening() {
+    if (opening_.valid())
+        state_.opening_share = *opening_share_;
+    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+        take_opened(opening_.get());
+    if (opening_beside_.valid()) {
+        state_.opening_share = *opening_share_;
+        if (!work_->is_drawing() &&
+            opening_beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+            take_beside(opening_beside_.get());
+    }
+}
+
+// How many files of a DICOM file's kind lie in its folder, itself among them; 0: it is none.
+static size_t images_beside(const std::filesystem::path& path) {
+    std::error_code ignored;
+    const std::string kind = path.extension().string();
+    if (!std::filesystem::is_regular_file(path, ignored) ||
+        (!kind.empty() && kind != ".dcm" && kind != ".DCM" && kind != ".IMA"))
+        return 0;
+    size_t images = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), ignored))
+        images += entry.path().extension() == kind && entry.is_regular_file(ignored);
+    return images;
+}
+
+void Viewer::tell_unopened(const Error& error, const std::string& path) {
+    const bool cancelled = stop_opening_.stop_requested();
+    if (!cancelled)
+        log::error("{}", error.message);
+    work_->tell(cancelled             ? "opening was cancelled"
+                : state_.names_hidden ? without_name(error.message, path, "(name hidden)")
+                                      : error.message);
+}
+
+void Viewer::take_beside(Result<LoadedVolume> opened) {
+    const std::string path = std::exchange(state_.opening, {});
+    if (!opened)
+        return tell_unopened(opened.error(), path);
+    for (const std::string& warning : opened->warnings)
+        log::warning("{}", warning);
+    if (state_.names_hidden)
+        opened->warnings.clear(); // they name files
+    if (beside_is_labels_)
+        work_->take_labels(std::move(*opened));
+    else
+        show_fused(std::move(*opened));
+}
+
+// It is no part of the document: a project does not have it.
+void Viewer::show_fused(LoadedVolume opened) {
+    drop_pictures();
+    pictures_with_.fused = std::move(opened.volume);
+    work_->show_fused(FusionLayer{default_fusion_transfer(pictures_with_.fused->range()), 0.5});
+    state_.fusion_opacity = 0.5;
+    make_pictures();
+    for (const std::string& warning : opened.warnings)
+        work_->tell_also(warning);
+}
+
+void Viewer::take_opened(Result<Source> opened) {
+    const std::string path = std::exchange(state_.opening, {});
+    if (!opened)
+        return tell_unopened(opened.error(), path);
+    const ViewState before = state_;
+    work_->drop_steps();
+    begin(std::move(*opened));
+    return_free_memory_now(); // of the document that was open
+    state_.names_hidden = before.names_hidden;
+    state_.light = before.light;
+    state_.text_scale = before.text_scale;
+    state_.tab = before.tab;
+    state_.series_open = offers_series_ && work_->series().size() > 1;
+    if (const size_t images = images_beside(path); images > 1 && work_->subject().grid.size.z == 1)
+        work_->tell_also(
+            fmt::format("one image of {} files: open their folder for the series", images));
+    if (options_.recent)
+        interface_->set_recent(options_.recent(path));
+}
+
+std::string Viewer::file_name() const {
+    return state_.names_hidden || is_synthetic(work_->title())
+               ? "palpate"
+               : std::filesystem::path(work_->title()).stem().string();
+}
+
+// Of the window, in the current folder.
+void Viewer::save_picture() {
+    if (!options_.threaded) {
+        work_->tell("a script saves nothing");
+        return;
+    }
+    const std::filesystem::path path = free_name(file_name() + ".png", 1);
+    const Result<void> saved = save_png(path, capture());
+    work_->tell(saved ? written(path) : saved.error().message);
+}
+
+// Of a view, for print: without what belongs to the window alone, as the tool of a hand. A thread
+// of its own asks for one picture after the other, and the views are drawn between them.
+void Viewer::print_figure(const std::string& file) {
+    if (!options_.threaded) {
+        work_->tell("a script saves nothing");
+        return;
+    }
+    if (figure_) {
+        work_->tell("a figure is being drawn; one at a time");
+        return;
+    }
+    const FigureSetup& figure = state_.figure;
+    TurntableOptions turn;
+    if (figure.panel == Panel::volume && figure.pictures > 1)
+        turn.frames = static_cast<uint32_t>(figure.pictures);
+    std::filesystem::path path(file);
+    const bool is_movie = turn.frames > 0 && path.extension() == ".mp4";
+    if (!is_movie && path.extension() != ".png") {
+        work_->tell(fmt::format("expected a name ending in .png{}, found '{}'",
+                                turn.frames > 0 ? " or .mp4" : "", file));
+        return;
+    }
+    if (turn.frames > 0 && !is_movie && file.find_first_of("#%") == file.npos)
+        path.replace_filename(path.stem().string() + "-####.png");
+    const Result<void> named = check_together(turn, path.string());
+    const std::vector<std::string> names = frame_names(turn, path.string());
+    const auto there = std::find_if(names.begin(), names.end(), [](const std::string& name) {
+        return std::filesystem::exists(name);
+    });
+    if (!named || there != names.end()) {
+        work_->tell(named ? fmt::format("{} is there already: choose another name", *there)
+                          : named.error().message);
+        return;
+    }
+    if (names.empty())
+        path = free_name(path);
+    const Grid& grid = work_->subject().grid;
+    Scene scene =
+        scene_of(state_, grid, figure.panel, work_->session().scene(), work_->has_labels());
+    scene.size_px = glm::uvec2(figure.size_px);
+    if (is_slice(figure.panel))
+        scene.camera = camera_of(state_.slices[static_cast<size_t>(figure.panel)],
+                                 state_.crosshair_mm, grid, figure.size_px);
+    scene.background = glm::dvec3(figure.paper == Paper::white ? 1.0 : 0.0);
+    const bool transparent = figure.paper == Paper::transparent && !is_movie;
+    Figure marks{.letters = figure.letters,
+                 .scale_bar = figure.scale_bar,
+                 .color_bar = figure.color_bar,
+                 .unit = work_->unit(),
+                 .transparent = transparent};
+    if (figure.note)
+        marks.note = note_of(scene, grid, file_name(), work_->unit());
+    figure_ = std::make_unique<FigureRun>();
+    figure_->pictures = std::max(1u, turn.frames);
+    const auto draw = [pictures = pictures_.get(), run = figure_.get(), panel = figure.panel, scene,
+                       look = PictureLook{.transparent = transparent, .figure = marks}](
+                          const Camera& camera, const std::string& to) -> Result<void> {
+        const auto outcome = std::make_shared<std::promise<Result<void>>>();
+        std::future<Result<void>> drawn = outcome->get_future();
+        Pictures::Print print{{panel, scene, {}}, look, to, [outcome](Result<void> result) {
+                                  outcome->set_value(std::move(result));
+                              }};
+        print.wish.scene.camera = camera;
+        pictures->print(std::move(print));
+        Result<void> result = drawn.get();
+        ++run->drawn;
+        if (run->on_drawn)
+            run->on_drawn();
+        return result;
+    };
+    figure_->on_drawn = options_.on_picture;
+    figure_->written = std::async(
+        std::launch::async,
+        [draw, turn, path, grid, camera = scene.camera,
+         stop = figure_->stop.get_token()]() -> Result<std::string> {
+            try {
+                if (turn.frames == 0) {
+                    PALPATE_TRY(draw(camera, path.string()));
+                    return written(path);
+                }
+                PALPATE_TRY(draw_turntable(turn, camera, grid, path.string(), draw, stop));
+            } catch (const std::future_error&) { // the thread of pictures has ended
+                return fail("the figure was given up");
+            }
+            return fmt::format("{} pictures written: {}", turn.frames,
+                               std::filesystem::absolute(path).string());
+        });
+    work_->tell(turn.frames == 0 ? "drawing the figure .."
+                                 : fmt::format("drawing {} pictures ..", turn.frames));
+}
+
+void Viewer::follow_figure() {
+    state_.figure.share.reset();
+    if (!figure_)
+        return;
+    if (figure_->written.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+        const Result<std::string> told = figure_->written.get();
+        work_->tell(told ? *told : told.error().message);
+        figure_.reset();
+    } else {
+        state_.figure.share = static_cast<double>(figure_->drawn) / figure_->pictures;
+    }
+}
+
+void Viewer::end_figure() {
+    if (!figure_)
+        return;
+    figure_->stop.request_stop();
+    figure_->written.wait();
+    figure_.reset();
+}
+
+} // namespace palpate::view
