@@ -52,6 +52,14 @@ class Explorer {
         fibers_[running_].next = std::move(footprint);
         swapcontext(&fibers_[running_].context, &scheduler_);
     }
+    // A step that is taken only once `ready` is true; where that never comes the fibre stays there.
+    void wait(Footprint footprint, std::function<bool()> ready) {
+        if (running_ == kNone)
+            return;
+        fibers_[running_].ready = std::move(ready);
+        step(std::move(footprint));
+        fibers_[running_].ready = {};
+    }
     void expect(bool truth, const char* what) {
         if (!truth && report_.violation.empty())
             report_.violation = what;
@@ -77,7 +85,8 @@ class Explorer {
         std::vector<std::byte> stack = std::vector<std::byte>(64 << 10);
         std::function<void()> body;
         bool done = false;
-        Footprint next; // of the step it is about to take
+        Footprint next;              // of the step it is about to take
+        std::function<bool()> ready; // whether it can; empty: it can
         std::deque<Store> stores;
     };
     struct Choice { // a thread's next step, or the oldest store of its buffer
@@ -133,7 +142,7 @@ inline void Explorer::resume(size_t thread) {
 inline std::vector<Explorer::Choice> Explorer::choices() const {
     std::vector<Choice> list;
     for (size_t i = 0; i < threads_; ++i)
-        if (!fibers_[i].done)
+        if (!fibers_[i].done && (!fibers_[i].ready || fibers_[i].ready()))
             list.push_back({i, false, fibers_[i].next});
     for (size_t i = 0; i < threads_; ++i)
         if (!fibers_[i].stores.empty())
@@ -160,6 +169,7 @@ inline void Explorer::start(size_t thread, std::function<void()> body) {
     Fiber& fiber = fibers_[thread];
     fiber.body = std::move(body);
     fiber.done = false;
+    fiber.ready = {};
     fiber.stores.clear();
     getcontext(&fiber.context);
     fiber.context.uc_stack.ss_sp = fiber.stack.data();
@@ -276,6 +286,11 @@ class OrderedAtomic {
         Explorer::current().step(all_written());
         drain();
         return std::exchange(value_, static_cast<T>(value_ + more));
+    }
+    T exchange(T next, std::memory_order) {
+        Explorer::current().step(all_written());
+        drain();
+        return std::exchange(value_, next);
     }
 
  private:

@@ -7,6 +7,7 @@
 
 #include "engine/base/mailbox.h"
 #include "engine/base/ring.h"
+#include "engine/base/wake.h"
 #include "tests/support/interleave.h"
 
 // The handover between servo and editor in every order that its operations can take.
@@ -270,6 +271,68 @@ class EarlyRing {
     T values_[8];
     Atomic<size_t> pushed_{0}, popped_{0};
 };
+
+// A kernel that looks at the word and goes to sleep in one step, and wakes in another. Where kLooks
+// is false it goes to sleep without a look.
+template <bool kLooks>
+struct ModelSleep {
+    static inline bool sleeping = false;
+    template <class Word>
+    static bool sleep(Word& word, uint32_t value, std::optional<Wake::Clock::time_point>) {
+        Explorer& explorer = Explorer::current();
+        if (kLooks && word.load(std::memory_order_relaxed) != value)
+            return true;
+        if (!kLooks)
+            explorer.step({{&sleeping, true}});
+        sleeping = true;
+        explorer.wait({{&sleeping, false}, {&word, false}}, [] { return !sleeping; });
+        return true;
+    }
+    template <class Word>
+    static void wake(Word& word) {
+        Explorer::current().step({{&sleeping, true}, {&word, true}});
+        sleeping = false;
+    }
+};
+
+// A publisher writes 1 .. news, and wakes after each. The follower looks until it has seen the
+// last: whatever the order, it gets there.
+template <class Sleep>
+Explorer::Report explore_wake(int news) {
+    Explorer& explorer = Explorer::current();
+    std::optional<BasicWake<interleave::Atomic, Sleep>> wake;
+    std::optional<interleave::Atomic<int>> published;
+    bool has_seen_all = false;
+    const auto make = [&]() -> std::vector<std::function<void()>> {
+        wake.emplace();
+        published.emplace(0);
+        has_seen_all = Sleep::sleeping = false;
+        return {[&, news] {
+                    for (int v = 1; v <= news; ++v) {
+                        published->store(v, std::memory_order_release);
+                        wake->wake();
+                    }
+                },
+                [&, news] {
+                    while (published->load(std::memory_order_acquire) < news)
+                        explorer.expect(wake->wait(), "a wait that ended without a wake");
+                    has_seen_all = true;
+                }};
+    };
+    return explorer.explore(make, [&] { explorer.expect(has_seen_all, "a wake was lost"); });
+}
+
+TEST(WakeModel, NoWakeIsLostInEveryOrder) {
+    PALPATE_SKIP_FIBERS();
+    const Explorer::Report report = explore_wake<ModelSleep<true>>(2);
+    EXPECT_EQ(report.violation, "") << "after " << report.orders << " orders";
+    std::printf("%llu orders\n", static_cast<unsigned long long>(report.orders));
+}
+
+TEST(WakeModel, FindsASleepThatDoesNotLookFirst) {
+    PALPATE_SKIP_FIBERS();
+    EXPECT_EQ(explore_wake<ModelSleep<false>>(1).violation, "a wake was lost");
+}
 
 TEST(RingModel, FindsARingThatAnnouncesTooEarly) {
     PALPATE_SKIP_FIBERS();

@@ -8,6 +8,7 @@
 
 #include "engine/base/mailbox.h"
 #include "engine/base/ring.h"
+#include "engine/base/wake.h"
 
 // The handover between servo and editor with real threads; the thread sanitizer watches.
 namespace palpate {
@@ -134,6 +135,72 @@ TEST(Ring, EveryValueArrivesOnceAndInOrderBetweenThreads) {
     producer.join();
     EXPECT_EQ(wrong, 0u);
     EXPECT_EQ(ring.size(), 0u);
+}
+
+TEST(Wake, AnswersFollowQuestionsBetweenThreads) {
+    constexpr int kCount = 20000;
+    Wake asked, answered;
+    int question = 0, answer = 0; // no atomics: a wait sees what was written before its wake
+    std::thread follower([&] {
+        while (answer < kCount) {
+            asked.wait();
+            answer = question;
+            answered.wake();
+        }
+    });
+    for (int n = 1; n <= kCount; ++n) {
+        question = n;
+        asked.wake();
+        answered.wait();
+        ASSERT_EQ(answer, n);
+    }
+    follower.join();
+}
+
+TEST(Wake, AWakeBeforeAWaitEndsThatWaitAndSeveralAreOne) {
+    Wake wake;
+    wake.wake();
+    wake.wake();
+    EXPECT_TRUE(wake.wait());
+    EXPECT_FALSE(wake.wait(Wake::Clock::now()));
+    EXPECT_FALSE(wake.wait(Wake::Clock::time_point())); // long ago
+}
+
+TEST(Wake, AStopEndsAWait) {
+    Wake wake;
+    std::jthread follower([&](const std::stop_token& stop) {
+        while (!stop.stop_requested())
+            wake.wait(stop);
+    });
+    follower.request_stop();
+    follower.join();
+    std::stop_source stopped;
+    stopped.request_stop();
+    EXPECT_TRUE(wake.wait(stopped.get_token()));
+}
+
+// Followers come and go while a publisher wakes them; one that is there misses nothing.
+TEST(Followers, ComeAndGoWhileTheyAreWoken) {
+    Followers followers;
+    std::atomic<int> published = 0, gone = 0;
+    constexpr int kThreads = 3, kRounds = 500;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < kThreads; ++t)
+        threads.emplace_back([&] {
+            for (int i = 0; i < kRounds; ++i) {
+                Wake wake;
+                const auto place = followers.add(wake);
+                for (const int seen = published; published == seen;)
+                    wake.wait();
+            }
+            ++gone;
+        });
+    while (gone < kThreads) {
+        ++published;
+        followers.wake();
+    }
+    for (std::thread& thread : threads)
+        thread.join();
 }
 
 } // namespace
