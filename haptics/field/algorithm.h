@@ -6,7 +6,9 @@
 #include <glm/gtc/quaternion.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <type_traits>
+#include <vector>
 
 #include "engine/base/tool_pose.h"
 #include "engine/mesh/mesh.h"
@@ -155,7 +157,15 @@ class Algorithm {
     // Forgets contact: the proxy is at the tool.
     virtual void reset(const TickInput& input) noexcept = 0;
     virtual TickOutput tick(const TickInput& input) noexcept = 0;
+    // Its own objects, which ticks read and write: to be locked in memory. Not for the servo.
+    virtual std::vector<std::span<const std::byte>> memory() const = 0;
 };
+
+// For memory() of an algorithm that is one object.
+template <class T>
+std::vector<std::span<const std::byte>> memory_of(const T& object) {
+    return {std::as_bytes(std::span(&object, 1))};
+}
 
 // An Algorithm out of a plain state and a function of it:
 //     TickOutput milling_tick(MillingState& state, const TickInput& input) noexcept;
@@ -167,6 +177,7 @@ class StatefulAlgorithm final : public Algorithm {
  public:
     void reset(const TickInput&) noexcept override { state_ = State{}; }
     TickOutput tick(const TickInput& input) noexcept override { return Tick(state_, input); }
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     State state_{};

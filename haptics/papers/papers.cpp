@@ -128,6 +128,7 @@ class Vidholm2004 final : public Algorithm {
                                                                : Contact::touching;
         return output;
     }
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     dvec3 proxy_{0.0};

@@ -36,6 +36,7 @@ class Koerner1999 final : public Algorithm {
         shift_ = dvec3(0.0);
     }
     TickOutput tick(const TickInput& input) noexcept override;
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     void track(dvec3 from, dvec3 tool, const TouchParameters& parameters);
@@ -151,6 +152,7 @@ class DrillThreeStep final : public Algorithm {
         heading_ = dvec3(0.0);
     }
     TickOutput tick(const TickInput& input) noexcept override;
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     enum class Step { free, track, drag };

@@ -36,6 +36,11 @@ class Fading final : public Algorithm {
         catching_up_s_ = 0.0;
     }
     TickOutput tick(const TickInput& input) noexcept override;
+    std::vector<std::span<const std::byte>> memory() const override {
+        auto all = algorithm_->memory();
+        all.push_back(std::as_bytes(std::span(this, 1)));
+        return all;
+    }
 
  private:
     bool lacks_data_about(const TickInput& input, const TickOutput& output) const;

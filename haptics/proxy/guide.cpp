@@ -24,6 +24,7 @@ class Guide final : public Algorithm {
             last_mm_ = input.tool.position_mm;
     }
     TickOutput tick(const TickInput& input) noexcept override;
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     struct Distance {

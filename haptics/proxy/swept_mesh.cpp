@@ -75,6 +75,7 @@ class SweptTriangles final : public Algorithm {
         }
         return output;
     }
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     void gather(dvec3 at, double way_mm) { looks_left_ -= surface_.gather(at, way_mm); }

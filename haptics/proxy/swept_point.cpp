@@ -31,6 +31,7 @@ class SweptPoint final : public Algorithm {
         coupler_.reset(state_.proxy);
     }
     TickOutput tick(const TickInput& input) noexcept override;
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     struct Normal {

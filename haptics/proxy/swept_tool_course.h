@@ -71,6 +71,7 @@ class SweptTool final : public Algorithm {
         tool_mm_ = state_.proxy;
     }
     TickOutput tick(const TickInput& input) noexcept override;
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     std::span<const Touch> held() const { return {state_.held.data(), state_.held_count}; }

@@ -29,6 +29,7 @@ class HookedWall final : public Algorithm {
             hook();
         return out;
     }
+    std::vector<std::span<const std::byte>> memory() const override { return memory_of(*this); }
 
  private:
     WallState state_;
