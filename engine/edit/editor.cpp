@@ -10,7 +10,7 @@
 namespace palpate {
 
 namespace {
-constexpr std::chrono::microseconds kNap(250); // while nothing is to be done
+constexpr std::chrono::microseconds kNap(250); // while a tool is down and inputs are polled
 } // namespace
 
 Editor::Editor(Document document, EditorOptions options)
@@ -44,7 +44,14 @@ bool Editor::push(const EditInput& input) noexcept {
     if (!inputs_.push(input))
         return false;
     pushed_.fetch_add(1, std::memory_order_release);
+    if (input.kind == EditInput::Kind::down || !polls_.load(std::memory_order_acquire))
+        wake_.wake();
     return true;
+}
+
+void Editor::poll_inputs(bool polls) {
+    polls_.store(polls, std::memory_order_release);
+    wake_.wake(); // for inputs that woke nobody
 }
 
 bool Editor::command(Order order) {
@@ -53,6 +60,7 @@ bool Editor::command(Order order) {
         return false;
     owned.release(); // the ring's now
     commanded_.fetch_add(1, std::memory_order_release);
+    wake_.wake();
     return true;
 }
 
@@ -115,10 +123,17 @@ void Editor::run(const std::stop_token& stop) {
     while (!stop.stop_requested())
         try {
             if (!go_on(stop))
-                std::this_thread::sleep_for(kNap);
+                rest(stop);
         } catch (const std::exception& error) { // samples that cannot be read, memory that ran out
             drop_stroke(error.what());
         }
+}
+
+void Editor::rest(const std::stop_token& stop) {
+    if (is_down_ && polls_.load(std::memory_order_acquire))
+        wake_.wait(stop, Wake::Clock::now() + kNap);
+    else
+        wake_.wait(stop);
 }
 
 bool Editor::go_on(const std::stop_token& stop) {
@@ -167,6 +182,7 @@ bool Editor::take_inputs() {
     bool any = false;
     for (EditInput input; inputs_.pop(input); any = true) {
         waiting_.push_back(input);
+        is_down_ = input.kind != EditInput::Kind::up;
     }
     return any;
 }
@@ -437,6 +453,7 @@ void Editor::publish() {
         EditState{now_, edited_, last_done_.number, last_done_.pushed_ns, profile::now_ns(),
                   ++published_, commands_done_, before_command_, strokes_done_, history.undo_steps,
                   history.redo_steps, refusals_, refusal_}));
+    followers_.wake();
 }
 
 } // namespace palpate

@@ -16,6 +16,7 @@
 
 #include "engine/base/mailbox.h"
 #include "engine/base/ring.h"
+#include "engine/base/wake.h"
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
 #include "engine/edit/stroke_run.h"
@@ -103,7 +104,8 @@ class JournalChange {
 // stroke. Commands come through a second ring from one other thread, the frame's. Snapshots leave
 // through a wait-free mailbox. The editor empties the ring at least once a slice and publishes
 // between slices: a long stroke appears piece by piece. The state published at the end of a stroke
-// equals apply_stroke().
+// equals apply_stroke(). Its thread sleeps until there is an input or a command, and wakes the
+// followers of its states.
 class Editor {
  public:
     using Readers = Mailbox<EditState>;
@@ -113,8 +115,13 @@ class Editor {
     Editor(const Editor&) = delete;
     Editor& operator=(const Editor&) = delete;
 
-    // The servo's thread; wait-free. False: full, and nothing happened.
+    // The servo's thread; wait-free. False: full, and nothing happened. Where the editor sleeps it
+    // is woken by one system call, which neither locks nor allocates.
     bool push(const EditInput& input) noexcept;
+    // While inputs are polled, only a tool that goes down wakes the editor; until that tool is up
+    // the editor looks by itself, four times a tick, and a servo makes one system call a stroke.
+    // The thread of commands.
+    void poll_inputs(bool polls);
 
     // One other thread; never waits. Takes effect between strokes, in order: after the inputs that
     // were pushed before the call, and the stroke they leave under way. False: full.
@@ -149,6 +156,8 @@ class Editor {
 
     // For one reading thread each, Mailbox::kMaxReaders at a time.
     Readers::Reader add_reader() { return states_.add_reader(); }
+    // Woken after each publication of a state.
+    Followers& followers() { return followers_; }
 
     // How many inputs and commands were accepted; EditState says how many of them are done. Any
     // thread.
@@ -184,6 +193,7 @@ class Editor {
     };
     bool command(Order order);
     void run(const std::stop_token& stop);
+    void rest(const std::stop_token& stop);  // until there may be something to do
     bool go_on(const std::stop_token& stop); // false: there was nothing to do
     void drop_stroke(const char* why);
     void refuse(std::string why);
@@ -216,6 +226,9 @@ class Editor {
     Ring<EditInput> inputs_;
     Ring<Command> commands_{64};
     Mailbox<EditState> states_;
+    Followers followers_;
+    Wake wake_; // of the thread
+    std::atomic<bool> polls_{false};
     std::atomic<uint64_t> pushed_{0}; // how many inputs the ring took
     std::atomic<uint64_t> commanded_{0};
 
@@ -225,7 +238,8 @@ class Editor {
     size_t edited_ = 0;
     std::optional<Command> command_; // the next
     std::deque<EditInput> waiting_;
-    uint64_t fed_ = 0; // how many inputs have left waiting_
+    bool is_down_ = false; // the tool, after the last input that was taken
+    uint64_t fed_ = 0;     // how many inputs have left waiting_
     std::unique_ptr<StrokeRun> stroke_;
     std::vector<StrokePose> poses_; // of it
     bool lifted_ = false;

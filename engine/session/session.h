@@ -1,12 +1,7 @@
 #pragma once
 
-#include <array>
-#include <atomic>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -14,34 +9,14 @@
 #include "engine/edit/edit_lag.h"
 #include "engine/edit/editor.h"
 #include "engine/scene/scene.h"
+#include "engine/session/device_link.h"
+#include "engine/session/felt_publisher.h"
 #include "engine/session/kept.h"
-#include "engine/surface/block_surface.h"
-#include "haptics/proxy/algorithms.h"
-#include "haptics/proxy/swept_mesh.h"
-#include "haptics/servo/brick_lock.h"
-#include "haptics/servo/servo_thread.h"
-#include "haptics/sound/milling.h"
+#include "engine/session/milling_follower.h"
+#include "engine/session/session_sources.h"
+#include "engine/session/surface_follower.h"
 
 namespace palpate {
-
-// The volumes of a document that are seen and felt, and all that is felt beside them.
-struct SessionSources {
-    std::string grey, labels;  // names of volumes; empty or not in the document: none
-    haptics::TouchScene touch; // a field, a mesh, a tool; its grey and labels are not used
-    // Seen and not felt: more labels of the document, and grey values that are no part of it.
-    std::string overlay{};
-    std::optional<Volume> fused{};
-};
-
-// The state of a device, for people.
-struct DeviceReport {
-    std::string name;
-    bool running = false;
-    haptics::DeviceStatus status = haptics::DeviceStatus::ok; // of the newest tick
-    haptics::SoftStart::Mode force = haptics::SoftStart::Mode::disarmed;
-    uint32_t faults = 0; // haptics::fault_text() names them
-    uint64_t ticks = 0;
-};
 
 // The state that a session begins with.
 struct SessionSetup {
@@ -58,22 +33,6 @@ struct SessionSetup {
     EditorOptions edit;            // threaded: whether the session has threads at all
 };
 
-// A device to touch with, and how.
-struct SessionDevice {
-    haptics::HapticDevice& device; // outlives its use
-    const haptics::AlgorithmEntry& algorithm;
-    haptics::Workspace workspace;
-    // Its remove_button carves with tool 0, its second_button with tool 1.
-    haptics::Servo::Options servo;
-    // Threaded: memory that `after` uses, and what is done after each tick on the servo's thread
-    // and under its rules; the ticks end where it says no. May be empty.
-    std::vector<std::span<const std::byte>> memory;
-    std::function<bool(const haptics::ServoTick&)> after;
-    bool armed = true; // false: no force until arm()
-    // Threaded: ServoThreadOptions::hung.
-    std::function<void()> hung{};
-};
-
 // One person's work: a document that is seen, touched and carved at once.
 //
 //     servo --poses--> editor --states--> what is felt, the mesh, pictures
@@ -82,8 +41,11 @@ struct SessionDevice {
 // stroke a press, so that operations that read the volume at tool-down take that of the press.
 // Where the algorithm decides when to carve (Carving), the button says only which tool it is. The
 // servo feels each change of the document as soon as it is published; the mesh follows it on a
-// thread of its own; pictures take the newest state when they begin. No thread waits for another.
-// lag() reports how far each is behind the hand.
+// thread of its own; pictures take the newest state when they begin. lag() reports how far each is
+// behind the hand. Who publishes wakes those who follow, and they sleep meanwhile; the servo's ring
+// alone is polled, while a device's tool is down.
+//
+// The session joins the parts: Editor, FeltPublisher, SurfaceFollower, MillingFollower, DeviceLink.
 //
 // With threads (SessionSetup::edit.threaded) the servo ticks by the clock. Without them nothing
 // happens but in tick() and settle(), and all that comes out is a function of what goes in, bit for
@@ -104,7 +66,7 @@ class Session {
     // device's first button are done with tool 0, those of its second one with tool 1.
     bool use(EditSetup setup, uint8_t tool = 0);
     // The device's button of this tool carves nothing until use().
-    void lay_down(uint8_t tool) { carves_[tool].store(false, std::memory_order_release); }
+    void lay_down(uint8_t tool) { device_.let_carve(tool, false); }
     bool undo() { return editor_.undo(); }
     bool redo() { return editor_.redo(); }
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object()) {
@@ -124,7 +86,7 @@ class Session {
     // A tool in a hand without a device, as a mouse is: down, moves and up of a stroke. False: the
     // ring is full, a device is running, or the stroke's order is not kept; nothing happened. A
     // move that is left out leaves no gap.
-    bool stroke(EditInput::Kind kind, const StrokePose& pose);
+    bool stroke(EditInput::Kind kind, const StrokePose& pose) { return device_.stroke(kind, pose); }
 
     // Takes effect with the next tick; amounts (stiffness, friction, iso, radius) move to it in
     // steps that a hand does not feel, and after a change of tables and switches the force follows
@@ -147,27 +109,29 @@ class Session {
 
     // One device at a time. A device that says it is not homed is homed first; it gives no force
     // until that is done. Force begins by a soft start.
-    Result<void> start(SessionDevice device);
+    Result<void> start(SessionDevice device) { return device_.start(std::move(device)); }
     void stop(); // ends a stroke under way; no force is sent from now on
     // Of the device that runs, if one does; with its next tick. arm() clears faults and begins a
     // soft start: call it when a person has asked for it. After disarm() there is no force.
-    void arm();
-    void disarm();
+    void arm() { device_.arm(); }
+    void disarm() { device_.disarm(); }
     // Of the device that was started last, where it has stopped (HapticDevice::calibrate()).
-    Result<void> calibrate();
-    DeviceReport device_report() const; // of the device that was started last
+    Result<void> calibrate() { return device_.calibrate(); }
+    DeviceReport device_report() const { return device_.report(); } // of the one started last
 
     // Scale, turn and clutch of the device; it moves there at a bounded rate (workspace.h). A start
     // begins with those of its SessionDevice.
-    void move_workspace(const haptics::WorkspaceSettings& settings);
-    const haptics::WorkspaceSettings& workspace() const { return workspaces_.latest(); }
+    void move_workspace(const haptics::WorkspaceSettings& settings) {
+        device_.move_workspace(settings);
+    }
+    const haptics::WorkspaceSettings& workspace() const { return device_.workspace(); }
     // So that the hand's right, up and towards the person are those of a picture by this camera.
     void align_workspace(const Camera& camera);
 
     // Of the device that was started last, also when it has stopped; null before the first. The
     // thread is null without threads.
-    const haptics::Servo* servo() const { return servo_.get(); }
-    const haptics::ServoThread* servo_thread() const { return servo_thread_.get(); }
+    const haptics::Servo* servo() const { return device_.servo(); }
+    const haptics::ServoThread* servo_thread() const { return device_.servo_thread(); }
 
     // Without threads: one tick, what it carves, and what the next one will feel of it.
     haptics::ServoTick tick(int64_t now_ns, int64_t due_ns);
@@ -176,7 +140,7 @@ class Session {
 
     EditState state(); // the newest
     // How many inputs of strokes were accepted; EditState::inputs_done of them are done.
-    uint64_t inputs_given() const { return pushed_.load(std::memory_order_acquire); }
+    uint64_t inputs_given() const { return device_.inputs_given(); }
     uint64_t commands_given() const { return editor_.commands_given(); } // and commands_done
     // Of all steps that can be undone, the oldest first, and behind them those that can be redone.
     std::vector<std::string> step_titles() const { return editor_.step_titles(); }
@@ -185,16 +149,15 @@ class Session {
     haptics::TouchScene felt(); // the newest
     EditLag& lag() { return lag_; }
 
-    // The material that strokes take away, for sound, dust and people: the newest, measured every
-    // kMeasure_ms outside the servo, in the volume that is edited. Samples at or above the
-    // iso-value are solid, and those of labels above 0. The same number makes the device vibrate.
+    // The material that strokes take away, for sound, dust and people: the newest, measured outside
+    // the servo every kMeasure_ms (milling_follower.h). The same number makes the device vibrate.
     // Any thread; never waits.
-    haptics::Milling milling() const noexcept;
-    static constexpr int64_t kMeasure_ms = 10;
+    static constexpr int64_t kMeasure_ms = MillingFollower::kMeasure_ms;
+    haptics::Milling milling() const noexcept { return milling_.milling(device_.speed_mm_per_s()); }
 
     // The mesh of the newest state that the mesher has got to; without threads, of the newest.
     // Empty without mesh_iso. Any thread.
-    Mesh mesh();
+    Mesh mesh() { return surface_.mesh(); }
 
     // For one drawing thread each.
     class Eye {
@@ -213,77 +176,37 @@ class Session {
 
      private:
         friend class Session;
-        explicit Eye(Session& session);
+        Eye(Session& session, Wake* wake);
         Session* session_;
         Mailbox<EditState>::Reader states_;
         Mailbox<Scene>::Reader scenes_;
         Mailbox<SessionSources>::Reader sources_;
+        std::optional<Followers::Place> edits_, choices_;
     };
-    Eye add_eye() { return Eye(*this); }
+    // `wake` outlives the eye, and is woken where look() may give something else; null: nobody is.
+    Eye add_eye(Wake* wake = nullptr) { return Eye(*this, wake); }
 
  private:
-    void follow(const haptics::ServoTick& tick) noexcept; // the servo's thread
-    // Hands a stroke's pose to the editor. The servo's thread; without a device the interface's.
-    bool push(EditInput::Kind kind, const StrokePose& pose, uint8_t tool = 0) noexcept;
-    bool publish_felt(); // the bridge's
     void bridge(const std::stop_token& stop);
-    void measure_milling(int64_t now_ns); // where the last time is long enough ago
-    bool update_mesh();                   // the mesher's
-    void mesh_on(const std::stop_token& stop);
 
     const bool threaded_;
     Kept kept_;
+    Wake bridge_wake_, settle_wake_; // of the bridge's thread, and of who settles
     Editor editor_;
     EditLag lag_;
     Mailbox<SessionSources> sources_;
     Mailbox<Scene> scenes_;
-    Mailbox<haptics::TouchScene> felt_;
     Mailbox<haptics::TouchParameters> parameters_;
-    Mailbox<haptics::WorkspaceSettings> workspaces_;
-    Editor::Readers::Reader interface_states_, bridge_states_, mesher_states_;
+    Followers choices_; // woken after a publication of sources or of a scene
+    FeltPublisher felt_;
+    MillingFollower milling_;
+    DeviceLink device_;
+    SurfaceFollower surface_;
+    Editor::Readers::Reader interface_states_;
     Mailbox<haptics::TouchScene>::Reader interface_felt_;
     Mailbox<haptics::TouchParameters>::Reader bridge_parameters_;
-    Mailbox<SessionSources>::Reader bridge_sources_, mesher_sources_;
-
-    // Milling: written by the bridge, or by who ticks without threads; the servo reads removal_.
-    struct {
-        std::atomic<double> removed_mm3{0.0}, rate_mm3_per_s{0.0}, hardness{0.0};
-    } milling_;
-    std::atomic<float> removal_{0.0f};
-    std::atomic<double> speed_mm_per_s_{0.0}; // of the tool that is down; by who pushes
-    haptics::MillingMeter meter_;
-    int64_t measured_ns_ = 0;
-    uint64_t measured_commands_ = 0; // EditState::commands_done
-
-    // The device.
-    Ring<haptics::ToolStamp> stamps_{1 << 15}; // for the bridge, which locks bricks by them
-    std::unique_ptr<haptics::Algorithm> algorithm_;
-    std::unique_ptr<haptics::Servo> servo_;
-    std::unique_ptr<haptics::ServoThread> servo_thread_;
-    std::array<std::atomic<bool>, Editor::kTools> carves_{}; // there is such a tool
-    // The servo's thread's own while a device is running, else the interface's.
-    std::array<uint32_t, Editor::kTools> buttons_{}; // of the tools
-    bool down_ = false;
-    uint8_t tool_ = 0; // that is down
-    StrokePose last_pose_;
-    std::atomic<uint64_t> pushed_{0}; // for settle()
-    bool running_ = false;            // a device; the interface's
-
-    // The bridge's own.
-    std::atomic<uint64_t> bridged_{0};         // the snapshot that felt_ has got to
-    std::atomic<uint64_t> bridged_sources_{1}; // and the epoch of sources_
-    haptics::BrickLock bricks_;
-    std::shared_ptr<haptics::TouchSurface> felt_surface_;
-    std::shared_ptr<const haptics::TouchMesh> felt_mesh_, first_felt_mesh_; // of felt_surface_
-
-    std::mutex mesh_mutex_; // of what follows
-    std::optional<BlockSurface> surface_;
-    std::atomic<float> mesh_iso_;             // NaN: no mesh
-    std::atomic<uint64_t> meshed_{0};         // the snapshot that surface_ has got to
-    std::atomic<uint64_t> meshed_sources_{0}; // the epoch of sources_
-    std::atomic<float> meshed_iso_{0.0f};     // and its iso-value
-
-    std::jthread bridge_thread_, mesher_thread_; // last: end before the rest goes
+    Followers::Place bridge_edits_, bridge_choices_, settle_edits_;
+    std::jthread bridge_thread_; // last: ends before the rest goes
 };
 
 } // namespace palpate

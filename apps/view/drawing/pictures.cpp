@@ -1,7 +1,6 @@
 #include "apps/view/drawing/pictures.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
@@ -10,12 +9,6 @@
 #include "engine/render/seen_box.h"
 
 namespace palpate::view {
-
-namespace {
-
-constexpr std::chrono::milliseconds kNap(3); // while nothing is wished for: edits come unasked
-
-} // namespace
 
 std::optional<PixelBox> Pictures::Made::pixels_changed_to(const Made& other) const {
     if (!has_scene_of(other))
@@ -33,7 +26,7 @@ std::optional<PixelBox> Pictures::Made::pixels_changed_to(const Made& other) con
 }
 
 Pictures::Pictures(GpuDevice& device, Session& session, Options options)
-    : eye_(session.add_eye()),
+    : eye_(session.add_eye(&wake_)),
       options_(std::move(options)),
       volume_(device,
               [this] {
@@ -64,7 +57,7 @@ void Pictures::want(std::vector<Wish> wishes) {
         return;
     wishes_ = std::move(wishes);
     ++wished_;
-    wake_.notify_one();
+    wake_.wake();
 }
 
 std::vector<Picture> Pictures::take() {
@@ -81,7 +74,7 @@ void Pictures::print(Print print) {
     if (failure_)
         return; // who waits for it is told so by its end
     print_ = std::move(print);
-    wake_.notify_one();
+    wake_.wake();
 }
 
 // With a renderer of its own, beside what lies on the device: those of the views keep their
@@ -105,11 +98,10 @@ void Pictures::run(const std::stop_token& stop) {
         while (!stop.stop_requested()) {
             std::vector<Wish> wishes;
             std::optional<Print> print;
-            uint64_t wished = 0;
             {
                 const std::scoped_lock held(mutex_);
                 wishes = wishes_;
-                wished = drawing_for_ = wished_;
+                drawing_for_ = wished_;
                 print = std::exchange(print_, std::nullopt);
             }
             if (print) {
@@ -117,10 +109,8 @@ void Pictures::run(const std::stop_token& stop) {
                 if (options_.on_picture)
                     options_.on_picture();
             }
-            if (go_on(wishes))
-                continue;
-            std::unique_lock held(mutex_);
-            wake_.wait_for(held, stop, kNap, [&] { return wished_ != wished || print_; });
+            if (!go_on(wishes))
+                wake_.wait(stop);
         }
         return;
     } catch (const std::exception& error) { // of the device

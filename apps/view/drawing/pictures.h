@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,6 +12,7 @@
 #include "apps/palpate/render_picture.h"
 #include "apps/view/drawing/picture_images.h"
 #include "apps/view/window/panel.h"
+#include "engine/base/wake.h"
 #include "engine/gpu/device.h"
 #include "engine/render/interactive.h"
 #include "engine/render/renderer.h"
@@ -122,6 +122,7 @@ class Pictures {
     Result<std::optional<Picture>> draw_volume(const Wish& wish, double budget_ms);
     bool is_outdated();
 
+    Wake wake_; // of the thread, for wishes and edits
     Session::Eye eye_;
     Options options_;
     bool stopping_at_wishes_ = false; // before the renderer that asks it
@@ -139,7 +140,6 @@ class Pictures {
     uint64_t drawing_for_ = 0; // of wished_
 
     std::mutex mutex_; // of what follows
-    std::condition_variable_any wake_;
     std::vector<Wish> wishes_;
     uint64_t wished_ = 0;
     std::array<std::optional<Picture>, kPanels.size()> done_;

@@ -373,6 +373,45 @@ TEST(Editor, SaysWhyItDidNothing) {
     EXPECT_TRUE(refusal("expected a unit quaternion [w, x, y, z], found length 0"));
 }
 
+// As a servo pushes them: moves wake nobody, also where the stroke is refused and fills the ring,
+// and none is left when the servo has ended.
+TEST(Editor, PolledInputsAreAllTaken) {
+    const Volume greys = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::i16,
+                                     [](glm::uvec3) { return 5.0; });
+    for (const bool is_refused : {false, true}) {
+        Editor editor(greys, {.ring_inputs = 8});
+        auto reader = editor.add_reader();
+        if (!is_refused) {
+            ASSERT_TRUE(
+                editor.use(Json{}, {make_ball(1.0)}, {.kind = OperationKind::cut, .to_value = 0}));
+        }
+        editor.poll_inputs(true);
+        uint64_t number = 0;
+        const auto push = [&](EditInput::Kind kind) {
+            while (!editor.push({kind, {1e-3 * static_cast<double>(number), {}}, number + 1, 0}))
+                std::this_thread::yield();
+            ++number;
+        };
+        const auto until_done = [&] {
+            while (reader.pin()->inputs_done != number)
+                std::this_thread::yield();
+        };
+        for (int stroke = 0; stroke < 20; ++stroke) {
+            push(EditInput::Kind::down);
+            for (int i = 0; i < 40; ++i)
+                push(EditInput::Kind::move);
+            until_done(); // nothing follows: the editor has looked by itself
+            push(EditInput::Kind::move);
+            push(EditInput::Kind::up);
+            if (stroke % 2)
+                until_done();
+        }
+        editor.poll_inputs(false);
+        until_done();
+        EXPECT_EQ(reader.pin()->refusals, is_refused ? 20u : 0u);
+    }
+}
+
 // However fast they come: the oldest in their order, and the number of those beyond.
 TEST(Editor, NoRefusalIsLost) {
     const Volume greys = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::i16,

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <mutex>
+#include <thread>
 #include <vector>
 
+#include "engine/edit/editor.h"
 #include "engine/volume/edit.h"
 #include "tests/unit/haptics_servo/bench_loop.h"
 
@@ -75,6 +78,50 @@ TEST(TickGuard, NoTickAllocatesFreesLocksOrFaultsWithAnyAlgorithm) {
         EXPECT_EQ(all.frees, 0u) << entry.name;
         EXPECT_EQ(all.locks, 0u) << entry.name;
         EXPECT_EQ(all.page_faults, 0u) << entry.name;
+    }
+}
+
+// A stroke's inputs, the first of which may wake the editor's thread: what the servo's thread does
+// for it takes no lock of this process and no memory.
+TEST(TickGuard, NoInputAllocatesFreesOrLocksWhileTheEditorSleepsAndWakes) {
+    if (!TickGuard::works())
+        GTEST_SKIP() << "the sanitizer has its own malloc";
+    const Volume block = *ball_scene().grey;
+    for (const bool polls : {true, false}) {
+        Editor editor(block);
+        editor.poll_inputs(polls);
+        auto states = editor.add_reader();
+        TickGuard::Counts all;
+        for (uint64_t number = 1; number <= 3000; ++number) {
+            const auto kind = number % 30 == 1   ? EditInput::Kind::down
+                              : number % 30 == 0 ? EditInput::Kind::up
+                                                 : EditInput::Kind::move;
+            TickGuard::begin();
+            const bool pushed = editor.push({kind, {}, number, 0});
+            const TickGuard::Counts counts = TickGuard::end();
+            ASSERT_TRUE(pushed);
+            all.allocations += counts.allocations;
+            all.frees += counts.frees;
+            all.locks += counts.locks;
+            while (kind == EditInput::Kind::up && states.pin()->inputs_done < number)
+                std::this_thread::yield(); // from here on it goes to sleep
+        }
+        EXPECT_EQ(all.allocations, 0u);
+        EXPECT_EQ(all.frees, 0u);
+        EXPECT_EQ(all.locks, 0u);
+    }
+}
+
+// What a servo's thread locks in memory: the object that ticks, and one that it wraps.
+TEST(TickGuard, EveryAlgorithmNamesItsMemory) {
+    for (const AlgorithmEntry& entry : algorithms()) {
+        const std::unique_ptr<Algorithm> algorithm = entry.make();
+        const auto memory = algorithm->memory();
+        const auto* self = reinterpret_cast<const std::byte*>(algorithm.get());
+        EXPECT_TRUE(std::any_of(memory.begin(), memory.end(), [&](const auto& part) {
+            return part.data() == self && part.size() > sizeof(Algorithm);
+        })) << entry.name;
+        EXPECT_EQ(memory.size(), entry.as_printed || entry.is_guide ? 2u : 1u) << entry.name;
     }
 }
 

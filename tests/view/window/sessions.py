@@ -454,7 +454,50 @@ def loses_no_step_when_it_is_killed(start):
     assert undone["redo_steps"] == 1
 
 
+def use_of(pid):
+    """Processor seconds of a process so far, and the switches of each of its threads."""
+    with open(f"/proc/{pid}/stat") as file:
+        words = file.read().rsplit(")", 1)[1].split()
+    switches = {}
+    for task in os.listdir(f"/proc/{pid}/task"):
+        with open(f"/proc/{pid}/task/{task}/status") as file:
+            switches[task] = sum(int(line.split()[1]) for line in file if "ctxt_switches" in line)
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK"), switches
+
+
+def idle_use(pid, seconds):
+    """The share of a core, the switches a second, and those of all threads but the busiest one."""
+    begun, (cpu_s, switches) = time.time(), use_of(pid)
+    time.sleep(seconds)
+    passed, (cpu_s_then, then) = time.time() - begun, use_of(pid)
+    more = [count - switches.get(task, 0) for task, count in then.items()]
+    use = [(cpu_s_then - cpu_s) / passed, sum(more) / passed, (sum(more) - max(more)) / passed]
+    print(f"    {100 * use[0]:.2f} % of a core, {use[1]:.0f} switches a second, "
+          f"{use[2]:.0f} of them not of the busiest thread")
+    return use
+
+
+def sleeps_while_it_is_idle(start):
+    """The property is one of time: PALPATE_SECONDS says how long it is looked at."""
+    seconds = float(os.environ.get("PALPATE_SECONDS", 4))
+    p = start()
+
+    def expect_sleep():
+        # Pictures become full, and the last step is done.
+        until("the end of all work", lambda: p._ended() or idle_use(p.process.pid, 1.0)[0] <= 0.01)
+        share, switches, _ = idle_use(p.process.pid, seconds)
+        assert share <= 0.01, f"{100 * share:.2f} % of a core"
+        assert switches <= 100, f"{switches:.0f} switches a second"
+
+    expect_sleep()
+    p.key("b")
+    p.drag(*AXIAL, (30, 10))
+    expect_sleep()
+    p.close(discards=True)
+
+
 SESSIONS = [
+    sleeps_while_it_is_idle,
     saves_when_it_is_asked,
     loses_no_step_when_it_is_killed, works_undoes_and_asks, saves_and_goes_on,
     drills_with_the_mouse_as_a_hand, measures, paints_erases_and_undoes, keeps_how_it_looks,
