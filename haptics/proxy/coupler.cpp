@@ -9,7 +9,7 @@ namespace {
 using glm::dvec3;
 
 constexpr double kFade_s = 0.02;
-// Of the spring, beyond what the tool's own motion explains: 0.09 N in a millisecond.
+// The spring, beyond what the tool's own motion explains, is bled off so fast: 0.09 N in 1 ms.
 constexpr double kBleed_n_per_s = Yielding::kRate_n_per_s;
 // For so long after what is touched was exchanged geometry may take to come to rest: until then
 // what moves beyond the tool's own motion is the edit's. A third of the ticks in which force could
@@ -109,8 +109,8 @@ void Coupler::yield(const TickInput& input, const Geometry& geometry) {
     if (!(k > 0.0))
         return;
     const dvec3 spring = geometry.proxy_mm - yielding_.hand(x);
-    // What an edit, or the end of a gap in the data, moves is bled off first: until then the force
-    // that comes is cut at T0, and nothing yields.
+    // A jump of the force by an edit, or by the end of a gap in the data, is bled off first: until
+    // then the force that comes is cut at T0, and nothing yields.
     const bool is_leaving = yielding_.is_leaving();
     const bool is_moved = lacked_data_ || geometry.was_replaced || catching_up_s_ > 0.0 ||
                           geometry.submerged != was_submerged_ || !bleed_.is_over();
@@ -143,8 +143,8 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
         bleed_.take_up(rendered_ + (has_come_out_ ? tool - tool_ : x - hand_), rendered, 0.0);
     else if ((catching_up_s_ > 0.0 || geometry.submerged != was_submerged_) && !is_inside)
         bleed_.take_up(rendered_ + (x - hand_), rendered, glm::distance(x, hand_));
-    // What a proxy that lags made up for in this tick, with the hand that geometry took, it has
-    // moved.
+    // A lagging proxy that made up for part of its lag in this tick, with the hand that geometry
+    // took, has used that much of the speed.
     const double made_up = yielding_.is_leaving() && !has_come_out_
                                ? glm::distance(x - hand_, tool - tool_) / dt
                                : 0.0;

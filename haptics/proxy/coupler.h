@@ -104,7 +104,7 @@ class Coupler {
     void yield(const TickInput& input, const Geometry& geometry);
     TickOutput finish(const TickInput& input, const Geometry& geometry);
 
-    // Of the last tick: what was rendered, the hand, and the hand as geometry took it.
+    // Kept from the last tick: what was rendered, the hand, and the hand as geometry took it.
     glm::dvec3 rendered_{0.0}, tool_{0.0}, hand_{0.0};
     double presence_ = 1.0, trust_ = 1.0;
     double spring_n_ = 0.0;      // in the last tick, before it faded

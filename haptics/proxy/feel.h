@@ -20,7 +20,7 @@ inline Feel plain_feel(const TouchParameters& p) {
     return {p.stiffness_n_per_m, p.friction_static, p.friction_dynamic, p.yield_n, 0};
 }
 
-// Where something is touched and nothing tells what: T0 is the least there is.
+// The feel while something is touched and nothing tells what: T0 is the least there is.
 Feel softest_feel(const TouchParameters& parameters);
 
 // The feel of the material that a proxy touches at one place or several. It is plain_feel() where

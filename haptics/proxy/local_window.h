@@ -69,7 +69,7 @@ class LocalWindow {
         return points;
     }
     int64_t shade() { return patch_.shade(samples_, space_); }
-    // Where the window has no triangles: whether it lies in material.
+    // Whether the window lies in material, for a window without triangles.
     bool is_solid_amid() const { return patch_.is_solid_amid(); }
     bool is_free_amid() const { return !patch_.is_solid_amid(); }
     // The nearest place with a free sample, within four of the coarsest spacings: along `first`, or
@@ -99,7 +99,7 @@ class LocalWindow {
     static constexpr int kFiner = 4;
     static constexpr double kLeap = 64.0; // points of the lattice
 
-    // Of the lattice, from zero on.
+    // The place on the lattice, counted from zero.
     dvec3 point_of(dvec3 p) const { return mesh_from_ * p / spacing_; }
 
     Patch patch_;

@@ -36,7 +36,7 @@ class ProxyAccount {
         const double may_mm2 = std::max(0.0, 2.0 * slack_mm * glm::length(off) - given_mm2_);
         if (length2 + 2.0 * outward <= may_mm2)
             return 1.0;
-        // Of share^2 length2 + 2 share outward = may, in the form that loses no digits.
+        // Solves share^2 length2 + 2 share outward = may, in the form that loses no digits.
         const double root = std::sqrt(outward * outward + length2 * may_mm2);
         return outward > 0.0 ? may_mm2 / (outward + root) : (root - outward) / length2;
     }

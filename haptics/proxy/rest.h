@@ -10,7 +10,7 @@ namespace palpate::haptics {
 // of two windows up to 4e-6 mm apart.
 constexpr double kSkin_mm = 1e-4;
 
-// Where a point rests among triangles.
+// The place where a point rests among triangles.
 struct Rest {
     glm::dvec3 point{0.0}; // outside of all of them
     // Where it is felt: as far out as SurfacePoint::curved of what it touches.
@@ -20,9 +20,9 @@ struct Rest {
     bool settled = false; // settle() found what it looks for
 };
 
-// Where a point moved towards `goal` comes to rest: swept from triangle to triangle (front sides
-// alone hold), on each slid along up to three planes at once (planes.h), until it moves by less
-// than 1e-7 mm. It stays up to 1e-4 mm off the faces, and never goes but where the way is free.
+// Sweeps a point towards `goal` until it rests: from triangle to triangle (front sides alone
+// hold), on each slid along up to three planes at once (planes.h), until it moves by less than
+// 1e-7 mm. It stays up to 1e-4 mm off the faces, and never goes but where the way is free.
 // Triangles are known within the box only; at its side, and where looks end, the point stops and
 // `reached_side` is set.
 Rest come_to_rest(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 goal, glm::dvec3 low,

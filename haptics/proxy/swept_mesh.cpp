@@ -28,7 +28,7 @@ dvec3 turned(const glm::dmat4& m, dvec3 v) {
     return dvec3(m * glm::dvec4(v, 0.0));
 }
 
-// What both have in common: a proxy among triangles that `Surface` gives for a place.
+// Shared by both algorithms: a proxy among triangles that `Surface` gives for a place.
 template <class Surface>
 class SweptTriangles final : public Algorithm {
  public:
@@ -124,7 +124,7 @@ class SweptTriangles final : public Algorithm {
         geometry.touching = touching_;
         geometry.normal = surface_.turn_to_world(rest.shaded_normal);
         geometry.contacts = touching_;
-        // Where it rests on a face, work that ends says enough of what is touched.
+        // A proxy that rests on a face tells enough of what is touched, even if work has ended.
         is_on_its_way_ = rest.reached_side;
         geometry.is_behind = is_on_its_way_;
     }
@@ -141,7 +141,7 @@ class SweptTriangles final : public Algorithm {
         return glm::dot(off, near.face_normal) > 0.0 && glm::dot(off, near.shaded_normal) > 0.0;
     }
 
-    // Where the proxy goes when the tool is at x.
+    // Finds the place that the proxy goes to when the tool is at x.
     Rest follow(dvec3 x, const Geometry& geometry) {
         const dvec3 goal = surface_.from_world(x);
         Rest rest{.point = surface_.from_world(proxy_), .curved = surface_.from_world(proxy_)};

@@ -4,9 +4,9 @@
 
 namespace palpate::haptics {
 
-// Of a tick of swept-mesh and swept-local: triangles that are looked at, and points that are made
-// of a window. What repeats looks ends then, at a place that is free. One takes 12 to 19 ns, all of
-// them 0.2 to 0.3 ms, of 0.5 that a tick has.
+// The most triangles that a tick of swept-mesh or swept-local looks at, together with the points
+// that it makes of a window. Loops over looks end then, at a place that is free. One takes 12 to 19
+// ns, all of them 0.2 to 0.3 ms, of 0.5 that a tick has.
 constexpr int64_t kMostLooks = 1 << 14;
 
 // A mesh with a grid over it, so that the triangles about a place are found in the tick. Made
@@ -35,10 +35,10 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
 // thread.
 Mesh touch_surface(const Volume& volume, const TouchParameters& parameters);
 
-// That surface kept up to date while the volume is edited, as triangles of one mesh whose blocks of
-// 8^3 points of the lattice share no vertices. After an edit the points that read a changed sample
-// are made again, and the blocks that read a changed point; what is left is copied. For one thread
-// at a time, and not the servo's.
+// Keeps that surface up to date while the volume is edited, as triangles of one mesh whose blocks
+// of 8^3 points of the lattice share no vertices. After an edit the points that read a changed
+// sample are made again, and the blocks that read a changed point; what is left is copied. For one
+// thread at a time, and not the servo's.
 class TouchSurface {
  public:
     TouchSurface(const Volume& volume, const TouchParameters& parameters);

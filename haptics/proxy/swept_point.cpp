@@ -97,9 +97,9 @@ dvec3 SweptPoint::slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface) {
     return down.hit ? down.point_mm : over;
 }
 
-// What the way to the goal meets although that lies above the surface, as the smooth normal says,
-// is a bump: over it in a lifted step, if that leads nearer to the goal. Not where the two views do
-// not agree on which side is free: between thin walls the smooth one may see the other wall more.
+// Passes over a bump, met on the way to a goal that lies above the surface by the smooth normal: in
+// a lifted step, if that leads nearer to the goal. Not where the two views do not agree on which
+// side is free: between thin walls the smooth one may see the other wall more.
 bool SweptPoint::pass_bump(dvec3 goal, dvec3 normal, bool& on_surface) {
     const dvec3 d = goal - state_.proxy, lifted = state_.proxy + 0.3 * field_.voxel_mm() * normal;
     if (glm::dot(field_.sharp(state_.proxy).gradient, normal) >= 0.0 ||
@@ -271,8 +271,8 @@ void SweptPoint::move(dvec3 x, Geometry& geometry) {
         s.proxy = x;
         geometry.submerged = is_solid(x);
     }
-    // What was touched may be gone: a hand at rest would not notice, so the proxy sets out anew,
-    // and where all is as before it is stopped at once.
+    // The surface that was touched may be gone: a hand at rest would not notice, so the proxy sets
+    // out anew, and where all is as before it is stopped at once.
     if (geometry.was_replaced && !is_solid(s.proxy))
         s.touching = false;
     if (!geometry.submerged)

@@ -30,8 +30,8 @@ void SweptTool::submerge(dvec3 hand, Geometry& geometry) {
     s.held_count = 0;
 }
 
-// Where ticks lead it to and fro, or away from a hand that hardly moves, as among bumps that hold
-// it in turn, it goes less far each time, until the hand moves on.
+// The tool goes less far each time that ticks lead it to and fro, or away from a hand that hardly
+// moves, as among bumps that hold it in turn, until the hand moves on.
 void SweptTool::ease(dvec3 start, double moved_mm) {
     State& s = state_;
     const dvec3 way = s.proxy - start;
@@ -47,8 +47,8 @@ void SweptTool::ease(dvec3 start, double moved_mm) {
         s.proxy = start + s.ease * way;
 }
 
-// What the hand did not do, the tool does only as far as its account allows: part of the way, where
-// that is free, or none of it.
+// The tool moves by itself, without the hand, only as far as its account allows: part of the way,
+// where that is free, or none of it.
 void SweptTool::hold_back(dvec3 start, dvec3 hand, double dt_s, Course& c) {
     State& s = state_;
     s.account.forget(dt_s);
@@ -112,8 +112,8 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         settle(c, geometry);
     }
 
-    // Where work ends among contacts that only rearrange, the spring hardly changes, or they hold
-    // it where it is: that is no lag.
+    // Work may end among contacts that only rearrange, while the spring hardly changes, or that
+    // hold the tool where it is: that is no lag.
     const double length_mm = glm::distance(s.proxy, hand), doubt_mm = contacts_.doubt_mm();
     const bool falls_behind = length_mm > length_before_mm + doubt_mm;
     const bool comes_closer = length_mm < glm::distance(start, hand) - doubt_mm;

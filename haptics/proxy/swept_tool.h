@@ -14,13 +14,13 @@ namespace palpate::haptics {
 // value) / slope along the smoothed normal there, at both of which the sharp field is asked; in
 // noise half of it is the smooth field. On a sphere a contact is no sample but a place: it follows
 // the surface to where it faces it, as long as no other is there. Contacts are reduced to the
-// deepest of each of 24 directions. Where a ball is pushed on grey values is one, too, and the one
-// that holds it: what lies beside it does only where it is deep, so that the force does not jump
-// from one to the next. The tool's next place is the one
-// nearest to the hand that all of them leave free: a quadratic program in three unknowns
-// (planes.h), solved to convergence within the tick; along the surface it goes as far as the last
-// steps there have shown to be worth going. So samples that press against each other in a groove
-// hold instead of cancelling, and whatever sank in is pushed out again, before anything else.
+// deepest of each of 24 directions. On grey values the place where a ball is pushed is one, too,
+// and it is the one that holds the ball: a sample beside it does so only where it is deep, so that
+// the force does not jump from one to the next. The tool's next place is the one nearest to the
+// hand that all of them leave free: a quadratic program in three unknowns (planes.h), solved to
+// convergence within the tick; along the surface it goes as far as the last steps there have shown
+// to be worth going. So samples that press against each other in a groove hold instead of
+// cancelling, and whatever sank in is pushed out again, before anything else.
 //
 // A tick's work is bounded in time (ToolContacts::kMostWork), not in distance: a hand of 3 m/s is
 // followed over samples of 0.5 mm within half of it. Where work ends on the way, the tool goes back

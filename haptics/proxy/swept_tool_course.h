@@ -17,7 +17,7 @@ namespace palpate::haptics::swept_tool {
 using glm::dvec3;
 
 struct State : Felt {
-    // What was exchanged has moved the tool, and it may not yet be where that ends.
+    // An exchange has moved the tool, and it may not yet be where that ends.
     double catching_up_s = 0.0;
     bool is_sunk = false;   // since then, wherever it was looked at
     bool is_behind = false; // work ended before it was where the hand draws it
@@ -47,9 +47,9 @@ struct Course {
     bool is_out = false;        // somewhere where all were looked at, none was sunk
     double since_look_mm = 0.0; // gone since then
     dvec3 last_step{0.0};
-    // What planes said of the way along the surface, before that step.
+    // The way along the surface that the planes gave, before that step.
     std::optional<dvec3> last_along;
-    // Where all of the last step led, before it was tempered and cut; none where it led out.
+    // The end of the whole last step, before it was tempered and cut; none where it led out.
     std::optional<dvec3> rest;
     bool has_learnt = false; // from a step of this tick how far to go
     bool touching = false, has_settled = false;

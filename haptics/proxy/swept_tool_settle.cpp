@@ -22,7 +22,7 @@ constexpr double kSeen = 0.1;
 Course SweptTool::course_to(dvec3 goal, double moved_mm, const Geometry& geometry) const {
     const State& s = state_;
     const double half_sample_mm = 0.5 * voxel_mm();
-    // Where the last tick's steps turned back and got short, this one's begin as short.
+    // The steps begin as short as those of the last tick, if they turned back and got short.
     const double trust_mm = geometry.was_replaced
                                 ? half_sample_mm
                                 : std::min(half_sample_mm, 4.0 * s.trust_mm + 2.0 * moved_mm);
@@ -35,7 +35,7 @@ Course SweptTool::course_to(dvec3 goal, double moved_mm, const Geometry& geometr
             .most_looks = kLooks + static_cast<uint32_t>(on_way)};
 }
 
-// Where nothing holds it: as far as blocks are clear.
+// Goes as far as blocks are clear, if nothing holds the tool.
 bool SweptTool::try_leap(Course& c) {
     State& s = state_;
     const dvec3 way = c.goal - s.proxy;
@@ -72,8 +72,8 @@ dvec3 SweptTool::wanted_step(dvec3 goal) const {
     return step / std::max(1.0, in_material);
 }
 
-// Of the part across the hand's push, which leads along the surface, as much as is worth going; out
-// of what is in material all the same.
+// Shortens the part of a step across the hand's push, which leads along the surface, to what is
+// worth going. The step leads out of material all the same.
 dvec3 SweptTool::tempered(dvec3 step, Course& c) {
     State& s = state_;
     const dvec3 push = unit_or_zero(c.goal - s.proxy);
@@ -98,7 +98,7 @@ double SweptTool::unseen_mm(const Course& c) const {
     return std::max(kSeen * voxel_mm(), may_follow ? c.moved_mm : 0.0);
 }
 
-// What held it on this step, or nearly did, is looked at again.
+// Contacts that held it on this step, or nearly did, are looked at again.
 void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
     State& s = state_;
     s.held_count = 0;
@@ -160,7 +160,7 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
         c.good = s.proxy;
         c.since_look_mm = 0.0;
     }
-    // Where it is deep it goes out, and on from there.
+    // The tool goes out of a place where it is deep, and on from there.
     dvec3 step = wanted_step(deep ? s.proxy : c.goal);
     c.rest = deep ? std::nullopt : std::optional(s.proxy + step);
     if (!deep && !has_none) {

@@ -27,8 +27,8 @@ constexpr uint32_t kContactWork = 4, kSamplesOfWork = 40, kPointsOfWork = 40, kL
 // In samples: a place is deep where a contact is so far in material, and farther for each sample
 // that normals are blurred by.
 constexpr double kDeep = 0.025, kDeepForBlur = 0.15, kSunk = 0.5;
-// In noise: so much of the sharp value, for each sample of blur against it, is the smooth one
-// instead.
+// The share of the smooth value that is mixed into the sharp one in noise, for each sample of blur
+// against it.
 constexpr double kSmoothShare = 0.5;
 constexpr double kFlatSlope = 0.004; // slope across a sample, as a share of the contrast
 // How far a ball's contact turns towards where it faces the surface, at its first look. On a body
@@ -147,7 +147,7 @@ uint32_t ToolContacts::solid_points(dvec3 at) {
                                static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
 
-// Of the samples there, in value units above the iso-value.
+// The largest of the samples there, in value units above the iso-value.
 float ToolContacts::deepest_value(dvec3 at) {
     const uint32_t count = solid_points(at);
     float deepest = -std::numeric_limits<float>::infinity();
@@ -267,8 +267,8 @@ bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
 }
 
 void ToolContacts::keep(const Hold& found) {
-    // Of contacts that face the same way the deepest says it all, but for the one where a ball is
-    // pushed. When there is room for no other, the shallowest goes.
+    // The deepest of the contacts that face the same way says it all, but for the one where a ball
+    // is pushed. When there is room for no other, the shallowest goes.
     Hold* place = nullptr;
     const uint32_t first = count_ > 0 && holds_[0].is_pushed;
     for (uint32_t i = first; i < count_ && !place; ++i)
@@ -345,7 +345,7 @@ void ToolContacts::find(dvec3 at, const Asked& asked) {
     for (const Touch& touch : asked.held)
         if (has(touch) && !is_beside_pushed(touch.way))
             consider(at, touch);
-    // Where it is wedged in, its contacts lie to the sides.
+    // A ball that is wedged in has its contacts to the sides.
     const bool is_held =
         is_ball_ && std::any_of(holds_.begin(), holds_.begin() + count_, [&](const Hold& hold) {
             return glm::dot(hold.normal, pushed) < 0.0;

@@ -42,8 +42,8 @@ class ToolContacts {
     // but for samples in material that are shallower than those it has considered.
     bool is_spent() const { return work() > kMostWork; }
 
-    // Of the last find(); without `all` nothing is known of the samples but the held ones, and the
-    // first four are false. A place is flat that has no slope or is buried.
+    // The result of the last find(); without `all` nothing is known of the samples but the held
+    // ones, and the first four are false. A place is flat that has no slope or is buried.
     struct Look {
         bool any_inside = false;                   // samples are in material
         bool any_flat = false, any_sloped = false; // among those of them that were considered

@@ -32,8 +32,8 @@ BrickPtr fine_brick(FineSamples& samples, const Grid& grid, glm::uvec3 position,
     const glm::uvec3 start = position * kBrickSide;
     const glm::uvec3 valid = glm::min(glm::uvec3(kBrickSide), grid.size - start);
     const glm::ivec3 first = from + glm::ivec3(start);
-    // Where all points and those next to them lie on one side of the surface, any value on that
-    // side will do: normals come from elsewhere.
+    // If all points and those next to them lie on one side of the surface, any value on that side
+    // will do: normals come from elsewhere.
     using Matter = FineSamples::Matter;
     const float free = samples.free_value(), solid = 2.0f * samples.threshold() - free;
     const auto value_of = [&](Matter matter) { return matter == Matter::free ? free : solid; };
@@ -113,7 +113,7 @@ class FineLattice {
         }
         return boxes;
     }
-    // What `before` was, but for the bricks that hold points of the boxes.
+    // Makes `before` again, but with new bricks where they hold points of the boxes.
     Volume make_again(const Volume& before, std::span<const Box> boxes) {
         const glm::ivec3 count = glm::ivec3(grid_.size / kBrickSide) + 1;
         std::vector<bool> again(size_t(count.x) * size_t(count.y) * size_t(count.z));

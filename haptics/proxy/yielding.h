@@ -34,9 +34,9 @@ class Yielding {
     // Whether it stays inside. is_free: nothing solid is at its place; grain_mm: what geometry may
     // err by. Otherwise it is out, with a force of felt_n towards the place from the hand.
     bool stays(bool is_free, double grain_mm, glm::dvec3 hand_mm, double stiffness, double felt_n);
-    // Where geometry is to take the hand to be.
+    // The place that geometry is to take the hand to be at.
     glm::dvec3 hand(glm::dvec3 hand_mm) const { return hand_mm + lag_; }
-    // Where force has fallen: makes up for part of the lag.
+    // Makes up for part of the lag, once force has fallen.
     void catch_up(double stiffness, double dt_s);
     // How fast what was rendered may move to what geometry says after it is out.
     static double speed_mm_per_s(double stiffness);
