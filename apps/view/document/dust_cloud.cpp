@@ -15,7 +15,7 @@ double share(uint64_t number, double irrational) {
     return at - std::floor(at);
 }
 
-// Where a grain flies, and how far, as a share of the reach.
+// A grain's flight, as a vector in shares of the reach.
 glm::dvec3 flight(uint64_t number) {
     const double z = 2.0 * share(number, std::numbers::phi) - 1.0;
     const double turn = 2.0 * std::numbers::pi * share(number, std::numbers::sqrt2);

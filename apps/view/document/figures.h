@@ -25,7 +25,7 @@ class Figures {
 
         bool is_same_as(const Wish& other) const;
     };
-    // What is known; parts of it may be about an older wish than others, until all is done.
+    // The known figures; some may be about an older wish than others, until all is done.
     struct Known {
         std::vector<std::pair<Measure, Measured>> measured;
         std::vector<uint64_t> label_counts; // by label, up to the highest that occurs

@@ -10,7 +10,7 @@
 
 namespace palpate::view {
 
-// What a tool is made for.
+// The data that a tool is made for.
 struct ToolFor {
     Grid grid;                // of the volume that is changed
     ValueRange range;         // of its grey values

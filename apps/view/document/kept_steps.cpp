@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMostWindows = 9; // of one document
 
-// Of the samples and where they lie.
+// The name of a journal: a hash of the samples and where they lie, and a number.
 std::string steps_name(const Journal::Base& base, int number) {
     uint64_t all = 14695981039346656037u; // FNV-1a of the hashes' bytes
     const auto add = [&](uint64_t value) {

@@ -27,11 +27,11 @@ struct KeptSteps {
     std::string note;               // for people; empty: nothing is to be told
 };
 
-// What a window opens: grey values, labels (empty ones where there are none) and seeds.
+// Makes what a window opens: grey values, labels (empty ones where there are none) and seeds.
 Document fresh_document(const SceneData& data);
 
-// Of a fresh document. No journal where the folder cannot be written, and where the document's
-// samples are more than kMostKept_bytes, which it would read all.
+// Keeps the steps of a fresh document. There is no journal where the folder cannot be written, and
+// where the document's samples are more than kMostKept_bytes, which it would read all.
 constexpr uint64_t kMostKept_bytes = uint64_t{4} << 30;
 KeptSteps keep_steps(Document document, const std::filesystem::path& folder,
                      const std::stop_token& stop = {});

@@ -14,7 +14,7 @@ namespace palpate::view {
 
 namespace {
 
-// Where the corner samples of a grid lie, by the index of another; each within 2 % of a sample of
+// The places of a grid's corner samples, by the index of another; each within 2 % of a sample of
 // one of that grid's corners, or none.
 std::vector<glm::ivec3> corners_in(const Grid& grid, const Grid& other) {
     constexpr double kNear = 0.02; // of a sample

@@ -21,11 +21,11 @@ class PulledMesh {
     // Its triangles (triangles_of()); another object after each change.
     const std::shared_ptr<const Mesh>& surface() const { return surface_; }
 
-    // Where a ray meets it first.
+    // The first point in which a ray meets it.
     std::optional<glm::dvec3> met(const Ray& ray) const;
     // The nearest middle of a face, at most so far away.
     std::optional<glm::dvec3> near(glm::dvec3 point_mm, double within_mm) const;
-    // Where it cuts a plane: the ends of pieces, mm.
+    // Its cut with a plane: the ends of pieces, mm.
     std::vector<std::pair<glm::dvec3, glm::dvec3>> cut(glm::dvec3 point_mm,
                                                        glm::dvec3 normal) const;
 

@@ -14,7 +14,7 @@
 
 namespace palpate::view {
 
-// What a method with a strength leaves behind: its objects can be bounded anew.
+// A method with a strength leaves this behind: its objects can be bounded anew.
 struct Strength {
     const SegmentMethod* method = nullptr;
     Volume volume, owner;     // Segmented::strength and owner
@@ -36,7 +36,7 @@ struct SegmentDone {
     std::vector<uint16_t> of; // the labels that they take the place of
 };
 
-// What a method works on, as it was when it was asked for.
+// The input of a method, as it was when the method was asked for.
 struct SegmentJob {
     const SegmentMethod* method = nullptr;
     ParameterValues given;

@@ -10,7 +10,7 @@ namespace palpate::view {
 
 enum class SeedBrush { inside, outside, erase };
 
-// What a person asks of a segmentation. A part of ViewState.
+// A person's wishes for a segmentation. A part of ViewState.
 struct Segmenting {
     SeedBrush brush = SeedBrush::inside; // inside: of the label that is drawn
     std::string method = "fast-marching";

@@ -68,7 +68,7 @@ class Touch {
     // is stopped.
     void frame(const Stylus& stylus, double time_s);
 
-    // Of the newest tick with a known tool; none before the first.
+    // The newest tick with a known tool; none before the first.
     const std::optional<TouchSample>& now() const { return now_; }
     // Each tick's touch of a plate since the last call, as long as one is pressed, and the first
     // without.

@@ -16,7 +16,7 @@ namespace palpate::view {
 
 namespace {
 
-// What the views stand on: rays or meshes in 3D, colours for labels that a person may draw.
+// The scene behind the views: rays or meshes in 3D, colours for labels that a person may draw.
 Scene base_of(const OpenedScene& opened) {
     Scene scene = opened.scene;
     if (!scene.ray_cast && scene.surfaces.empty()) {

@@ -28,7 +28,7 @@
 
 namespace palpate::view {
 
-// What a window opens.
+// The document that a window opens.
 struct Source {
     OpenedScene scene;
     std::optional<Project::Opened> project{}; // whose volumes the scene shows
@@ -47,9 +47,9 @@ struct SeriesLine {
 // Those that the reader's messages list: "series 1 of 3: CT 'head', 30 images of .., UID (read)".
 std::vector<SeriesLine> series_in(const std::vector<std::string>& notes);
 
-// What readers said, as one message, without the lists of series: warnings first. Of much, the
-// first sentences, and how many more there are on standard error. The volume's path is replaced by
-// its title, if it has one.
+// The readers' notes as one message, without the lists of series: warnings first. If they are long,
+// the first sentences, and how many more there are on standard error. The volume's path is replaced
+// by its title, if it has one.
 std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title);
 
 // The document that a window shows, as a session, and what a state is about.
@@ -103,7 +103,7 @@ class Work {
     bool has_project() const { return project_.has_value(); }
     // The folder of a project that a save has made: once.
     std::string take_new_project() { return std::exchange(new_project_, {}); }
-    // What became of a save to a new project that failed: once.
+    // A save to a new project that failed, and why: once.
     struct FailedSave {
         std::string folder, reason;
     };
@@ -122,17 +122,17 @@ class Work {
     bool leaving_loses_edits();
     // How many steps of a window that ended without a word came back.
     size_t recovered_steps() const { return recovered_steps_; }
-    // What a project does not have of them is not wanted any more, from the end of this on.
+    // A person wants the steps that no project has no more: they go when this ends.
     void drop_steps() { steps_file_.drop(); }
     bool mesh_is_pulled() const { return mesh_ && mesh_->is_pulled(); }
-    // What a segmentation is at: none under way, or its share, 0 .. 1.
+    // How far a segmentation is: none under way, or its share, 0 .. 1.
     std::optional<double> segmenting() const;
     // The mesh that is pulled; and how far its making, or its end as labels, is: none under way.
     const std::optional<PulledMesh>& mesh() const { return mesh_; }
     std::optional<double> meshing() const;
-    // What the last method with a strength left behind: a person may bound its objects anew.
+    // The last method with a strength left this behind: a person may bound its objects anew.
     const std::optional<Strength>& strength() const { return strength_; }
-    // What a method found from the data for a parameter, when it was run last; none: not yet.
+    // The value that a method found from the data for a parameter in its last run; none: not yet.
     std::optional<double> found(const SegmentMethod& method, const char* parameter) const;
 
     // Labels of a file take the place of those that are there, as one step. On the volume's grid.
@@ -150,8 +150,8 @@ class Work {
     Figures& figures() { return figures_; }
     // Nothing: not known yet.
     std::optional<Measured> measured(const Measure& measure);
-    // What a person should know: a refusal of the editor, the result of a save.
-    // Once each.
+    // A message that a person should read, once each: a refusal of the editor, or the result of a
+    // save.
     std::string take_message();
 
     // The newest of what is edited.
@@ -180,18 +180,18 @@ class Work {
     static constexpr uint16_t kOutside = 255, kSeedOf255 = 65535, kLastSeeded = 65534;
 
  private:
-    // Of the sample at a point of a volume of the document; none outside, or without the volume.
+    // The value of a sample at a point of the document; none outside, or without the volume.
     std::optional<float> value_at(const std::string& volume, glm::dvec3 point_mm);
     void take_project(Project project);
     void end_save(bool succeeded);
     bool take_tool(const ViewState& state);
-    // What a stroke does; none where seed_brush() has none.
+    // The edit that a stroke makes; none where seed_brush() has none.
     std::optional<EditSetup> edit_of(Carve carve, TipShape shape, const ViewState& state);
     // None where there are no seeds to paint on yet, or of the label.
     std::optional<EditSetup> seed_brush(const ViewState& state, TipShape shape);
     // An operation on labels: to those, and to the values, that a person lets it change.
     void confine(EditSetup& setup, const ViewState& state);
-    // Of an operation on labels: the ones that it may change; nothing where none is locked.
+    // The labels that an operation on labels may change; nothing where none is locked.
     std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
     void export_measures(const ViewState& state, const std::string& path);
     void begin_export(const ViewState& state, const std::string& path); // of labels
@@ -221,7 +221,7 @@ class Work {
     std::string told_of(const SegmentJob& job, const SegmentDone& done);
     void step_back(bool is_undo); // or forward
     void tell_step();
-    // What belongs to steps and is no part of the document.
+    // Things that belong to steps and are no part of the document.
     struct Beside {
         std::vector<LabelName> names;
         std::vector<LabelStyle> styles;

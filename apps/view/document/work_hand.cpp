@@ -137,8 +137,8 @@ void Work::follow_hand(ViewState& state, double time_s) {
         state.stylus.buttons = 0;
 }
 
-// What a pressed button moves that is no stroke: a face of the mesh, by as much as the hand moves
-// from where the tool has met it; the crosshair.
+// Moves things by a pressed button that makes no stroke: a face of the mesh, by as much as the hand
+// moves from where the tool has met it; the crosshair.
 void Work::move_by_hand(ViewState& state) {
     const std::optional<TouchSample>& now = touch_.now();
     const auto presses = [&](Carve carve) {

@@ -12,7 +12,7 @@ LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
     return layer.styles[label];
 }
 
-// Of a project that has none.
+// Gives labels to a project that has none.
 bool Work::put_labels() {
     return edited().document.find(labels_) ||
            session_.put({labels_, VolumeKind::labels, empty_labels(subject_.grid)},

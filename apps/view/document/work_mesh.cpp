@@ -13,7 +13,7 @@ std::optional<double> Work::meshing() const {
     return meshing_ ? std::optional(meshing_->share.load()) : std::nullopt;
 }
 
-// What `work` makes of the labels, on a thread of its own where there are threads.
+// Runs `work` on the labels, on a thread of its own if there are threads.
 template <class Make>
 void Work::run_mesh(uint16_t label, Make make) {
     const EditState now = edited();

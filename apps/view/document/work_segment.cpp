@@ -131,7 +131,7 @@ std::optional<double> Work::found(const SegmentMethod& method, const char* param
     return value == of->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-// What a person should know of a result: how large its labels are then, and what was found.
+// A result in words that a person should read: how large its labels are then, and what was found.
 std::string Work::told_of(const SegmentJob& job, const SegmentDone& done) {
     const auto counts = label_counts(done.labels);
     std::string told;

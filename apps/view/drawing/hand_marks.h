@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-// Where the hand lies in a view, in pixels of the window.
+// The hand as it lies in a view, in pixels of the window.
 struct HandMarks {
     glm::dvec2 proxy_px{0.0}, probe_px{0.0};
     double radius_px = 0.0;                // of the tool; in a slice of what the plane cuts from it

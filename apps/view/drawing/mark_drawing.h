@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-// What marks over the views are drawn with.
+// Colours and shapes that marks over the views are drawn with.
 namespace palpate::view {
 
 inline ImVec2 to_im(glm::dvec2 v) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr ImU32 kText = IM_COL32(225, 225, 215, 255), kShadow = IM_COL32(0, 0, 0, 200);
 
-// Of planes and their lines: axial red, coronal green, sagittal yellow.
+// Colours of planes and their lines: axial red, coronal green, sagittal yellow.
 ImU32 color_of(Panel panel, int alpha = 255) {
     switch (panel) {
         case Panel::axial:
@@ -201,7 +201,7 @@ struct Marks {
         draw_circle(list, state.pointer_px + 0.5, std::max(radius, 1.0), kMarkTool, 1.5f);
     }
 
-    // Where the crosshair is in the volume.
+    // Marks the crosshair's place in the volume.
     void spot() const {
         const auto at = pixel_of(state, grid(), panel, state.crosshair_mm);
         if (!at)

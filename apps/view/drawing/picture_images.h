@@ -56,7 +56,7 @@ class PictureImages {
     GpuDevice* device_;
     DisplayPass pass_;
     bool stay_;
-    // Of each panel. They go on this thread: another one's reference is never the last.
+    // The images of each panel. They go on this thread: another one's reference is never the last.
     std::array<std::vector<Held>, kPanels.size()> images_;
 };
 

@@ -42,8 +42,8 @@ class Pictures {
         bool threaded = true;
         bool stay = false; // on the device, which is the interface's, too
     };
-    // What a view shall show. Scenes are those of scene_of(), with surfaces behind theirs for what
-    // is no part of the document: `meshes`, one each.
+    // The picture that a view shall show. Scenes are those of scene_of(), with surfaces behind
+    // theirs for what is no part of the document: `meshes`, one each.
     struct Wish {
         Panel panel;
         Scene scene;
@@ -101,7 +101,7 @@ class Pictures {
                    volume.is_same_as(other.volume) && are_same(labels, other.labels) &&
                    are_same(overlay, other.overlay);
         }
-        // Where the two differ, if they have one scene.
+        // The box in which the two differ, if they have one scene.
         std::optional<PixelBox> pixels_changed_to(const Made& other) const;
     };
     struct Drawn { // a wish, and which of its pixels

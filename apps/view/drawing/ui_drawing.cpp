@@ -271,7 +271,7 @@ UiDrawing::Slot& UiDrawing::next_slot() {
     return slot;
 }
 
-// What the kept image lacks of the lists.
+// Finds the boxes in which the kept image differs from the lists.
 std::vector<Box> UiDrawing::find_changes(const ImDrawData& data, glm::uvec2 size_px) {
     if (!kept_ || glm::uvec2(kept_->shape().size) != size_px) {
         kept_.reset();
@@ -410,7 +410,7 @@ void UiDrawing::draw(const Triangles& triangles, const ImDrawData& data,
     for (const Box& box : boxes)
         draw_within(box, to, data);
     vkCmdEndRendering(to);
-    // What overwrites a picture later waits for compute shaders, as Commands knows; so does this.
+    // A later write to a picture waits for compute shaders, as Commands knows; so does this one.
     const VkMemoryBarrier2 read{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
                                 .srcStageMask = VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
                                 .dstStageMask = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT};

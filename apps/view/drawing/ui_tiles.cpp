@@ -12,7 +12,7 @@ namespace palpate::view {
 
 namespace {
 
-// Of one hash and another word: every bit of either changes about half of the bits.
+// Mixes one hash with another word: every bit of either changes about half of the bits.
 uint64_t mixed(uint64_t hash, uint64_t word) {
     const uint64_t bits = (std::rotl(hash, 23) ^ word) * 0x9e3779b97f4a7c15u;
     return bits ^ (bits >> 29);

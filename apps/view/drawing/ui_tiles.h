@@ -11,7 +11,7 @@ struct ImDrawData;
 
 namespace palpate::view {
 
-// What the lists of Dear ImGui draw on each tile of a window, as a hash of the triangles that touch
+// The drawing of Dear ImGui's lists on each tile of a window, as a hash of the triangles that touch
 // it, in their order. Tiles of equal hashes look the same, so that of a new frame only those that
 // differ are drawn. (Two looks share a hash of 64 bits with a chance of 2^-64.)
 struct UiTiles {

@@ -46,7 +46,7 @@ void name_keys(ImGuiIO& io) {
         io.KeyMap[key] = number_of(name);
 }
 
-// Of words that stand out.
+// The colour of words that stand out.
 ImVec4 accent(const ViewState& state) {
     return state.light ? ImVec4(0.62f, 0.3f, 0.0f, 1.0f) : ImVec4(1.0f, 0.8f, 0.45f, 1.0f);
 }

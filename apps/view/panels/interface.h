@@ -16,7 +16,7 @@ struct ImDrawList;
 
 namespace palpate::view {
 
-// What views show now, for their notes.
+// The pictures that views show now, for their notes.
 struct PictureState {
     bool there = false, complete = true;
     double ms = 0, error_estimate = 0;
@@ -47,7 +47,7 @@ class Interface {
                              Work& work, const std::array<PictureState, kPanels.size()>& pictures);
 
     void set_recent(std::vector<std::string> paths) { recent_ = std::move(paths); }
-    // What the line at the bottom tells a person; empty: nothing, or it has been shown long enough.
+    // The message in the line at the bottom; empty: nothing, or it has been shown long enough.
     std::string message() const { return is_told() ? message_ : ""; }
     // For when another document begins.
     void forget_message() { message_.clear(); }

@@ -209,7 +209,7 @@ bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, 
     return changed;
 }
 
-// Of the label that is chosen.
+// Draws the figures of the label that is chosen.
 void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders) {
     const auto known = work.figures().known();
     const uint64_t count =

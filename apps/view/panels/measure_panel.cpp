@@ -97,7 +97,7 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
     note("measure/export");
 }
 
-// Of the selected one.
+// Draws the selected measure.
 void Interface::draw_measure(ViewState& state, Work& work) {
     Measuring& measuring = state.measuring;
     Measure& measure = measuring.measures[*measuring.selected];

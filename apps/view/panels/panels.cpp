@@ -175,8 +175,8 @@ void Interface::draw_window(ViewState& state, Work& work) {
     }
 }
 
-// What a person should know of a typed end: that it was beyond its limits, or that the other end,
-// which it moved, stopped at its own, so that the width is less than before.
+// Tells a person about a typed end: that it was beyond its limits, or that the other end, which it
+// moved, stopped at its own, so that the width is less than before.
 static std::string end_text(std::array<const char*, 2> names, bool upper, double typed,
                             GreyWindow before, GreyWindow now, GreyWindow limits) {
     if (std::isnan(typed))
@@ -209,7 +209,7 @@ void Interface::drag_ends(const char* group, std::array<const char*, 2> names, G
         if (ImGui::IsItemActivated())
             ends_before_ = window;
         if (changed) {
-            // Of the window before the first digit: those before the last one moved the other end.
+            // Uses the window before the first digit: those before the last one moved the other.
             window = upper ? with_high(ends_before_, value, least, limits)
                            : with_low(ends_before_, value, least, limits);
             clamped_ = end_text(names, upper, value, ends_before_, window, limits);
@@ -258,7 +258,7 @@ void Interface::draw_volume(ViewState& state, Work& work) {
     note("volume/slices");
     bool is_flat = state.camera.projection == Projection::orthographic;
     if (ImGui::Checkbox("orthographic", &is_flat)) {
-        // What lies at the target keeps its size.
+        // Things at the target keep their size.
         const double distance = glm::distance(state.camera.eye_mm, state.camera.target_mm);
         const double slope = 2.0 * std::tan(glm::radians(0.5 * state.camera.view_angle_deg));
         if (is_flat)

@@ -39,7 +39,7 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
 
 namespace {
 
-// What the last run found, and of a threshold what a person has bounded its result by.
+// The value that the last run found; for a threshold, the bound that a person has given its result.
 std::optional<double> value_found(const MethodParameter& parameter, const SegmentMethod& method,
                                   const Work& work) {
     const auto& strength = work.strength();

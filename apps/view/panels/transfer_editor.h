@@ -11,7 +11,7 @@ namespace palpate::view {
 // a bar below. All functions keep points in the order of their values and at least one of each
 // list: a dragged point stops at its neighbours.
 
-// What a hand has hold of, or has chosen.
+// The point that a hand has hold of, or has chosen.
 struct TransferPoint {
     enum class Of { opacity, color, iso };
     Of of = Of::opacity;
@@ -30,8 +30,8 @@ struct TransferEditing {
     friend bool operator==(const TransferEditing&, const TransferEditing&) = default;
 };
 
-// Where things lie in the window. The plot is a box; opacity 0 lies at its foot, 1 at its head. The
-// bar of colours lies below.
+// The places of things in the window. The plot is a box; opacity 0 lies at its foot, 1 at its head.
+// The bar of colours lies below.
 struct TransferPlot {
     Box box, bar;
     double low = 0.0, high = 1.0; // low < high; values at the left and the right edge

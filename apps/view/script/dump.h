@@ -8,7 +8,7 @@ inline Json json_of(glm::dvec3 v) {
     return {v.x, v.y, v.z};
 }
 
-// What the panels show, for Work::dump().
+// Adds what the panels show, for Work::dump().
 void dump_panels(Work& work, const ViewState& state, Json& json);
 
 } // namespace palpate::view

@@ -14,7 +14,7 @@ namespace {
 
 using Polygon = std::vector<glm::dvec3>;
 
-// What of a convex polygon lies where dot(normal, x) >= offset - room.
+// The part of a convex polygon that lies where dot(normal, x) >= offset - room.
 Polygon cut(const Polygon& polygon, glm::dvec3 normal, double offset, double room) {
     Polygon kept;
     for (size_t i = 0; i < polygon.size(); ++i) {

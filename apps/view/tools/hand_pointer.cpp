@@ -32,7 +32,7 @@ std::optional<double> depth_of_seen(const ViewState& state, const Subject& subje
     return edge < *middle - kThrough * state.radius_mm ? edge : *middle;
 }
 
-// Where a ray is so deep along the view.
+// The point of a ray that is so deep along the view.
 glm::dvec3 at_depth(const View& view, const Ray& ray, double depth_mm) {
     const double from_mm = glm::dot(view.forward, ray.origin_mm - view.eye_mm);
     return ray.origin_mm +

@@ -120,7 +120,7 @@ struct Drawing {
     }
 };
 
-// Where the text stands: an angle's at its vertex, a sphere's on its rim, else at the last point.
+// The place of the text: an angle's at its vertex, a sphere's on its rim, else at the last point.
 glm::dvec3 named_at(const Measure& measure) {
     return measure.points_mm[measure.kind == MeasureKind::angle    ? 1
                              : measure.kind == MeasureKind::sphere ? 1

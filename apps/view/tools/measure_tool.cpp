@@ -48,7 +48,7 @@ std::optional<glm::dvec3> seen_under(const ViewState& state, const Subject& subj
     return subject.pick ? subject.pick(ray_under(state, panel)) : std::nullopt;
 }
 
-// Where a line along `direction` through `point` meets a plane; nothing where it is too flat.
+// The point where a line along `direction` through `point` meets a plane; nothing if too flat.
 std::optional<glm::dvec3> on_plane(glm::dvec3 point, glm::dvec3 direction, glm::dvec3 in_plane,
                                    glm::dvec3 normal) {
     const double steep = glm::dot(direction, normal);

@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-// What is measured, and the state of the tool that does it. A part of ViewState.
+// Measures, and the state of the tool that makes them. A part of ViewState.
 struct Measuring {
     MeasureKind kind = MeasureKind::ruler; // that is placed next
     std::vector<Measure> measures;

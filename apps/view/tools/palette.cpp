@@ -12,7 +12,7 @@ namespace palpate::view {
 
 namespace {
 
-// Of the height that the view has at the camera's target.
+// Shares of the height that the view has at the camera's target.
 constexpr double kWidth = 0.15, kHeight = 0.055, kTravel = 0.02, kEvery = 0.075, kFromLeft = 0.06;
 // The height of a row; the side of a handle.
 constexpr double kListRow = 0.042, kHandle = 0.06;

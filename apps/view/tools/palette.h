@@ -37,7 +37,7 @@ struct WidgetMet {
 };
 std::optional<WidgetMet> widget_met(const std::vector<Widget3d>& palette, const Ray& ray);
 
-// What a pressed widget does to the state. touched: where, and how deep. True: undo is asked for.
+// Changes the state by a pressed widget. touched: where, and how deep. True: undo is asked for.
 bool press_widget(ViewState& state, const Widget3d& widget, const haptics::PlateTouch& touched);
 // Whether it goes on to act as long as it is pressed.
 constexpr bool is_dragged(Widget3d::Kind kind) {

@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-// What a button of the hand does with its tool.
+// The action of a button of the hand, with its tool.
 enum class Carve {
     nothing,
     draw,
@@ -49,9 +49,9 @@ struct Stylus {
     bool arrow_shown = false; // the force
     bool sound_on = true, dust_shown = true; // of material that is removed
 
-    // Of a pointer. In slices it is on the plane. In 3D it is on a plane across the view: depth_mm
-    // from the eye along the view, or where on_surface as deep as what is seen under the pointer,
-    // and push_mm deeper.
+    // The pose that a pointer means. In slices it is on the plane. In 3D it is on a plane across
+    // the view: depth_mm from the eye along the view, or where on_surface as deep as what is seen
+    // under the pointer, and push_mm deeper.
     ToolPose meant;
     glm::dvec3 eye_mm{0.0}; // haptics::PointerTarget
     double clear_mm = 0.0;

@@ -58,15 +58,15 @@ struct Tool {
     // Its key was pressed. `again`: it was in the hand already.
     void (*take)(ViewState&, bool again) = nullptr;
 
-    // What strokes of the tool do to the volume or the labels, for tools with press_stroke().
+    // The change that strokes of the tool make to the volume or labels, if it has press_stroke().
     Carve stroke = Carve::nothing;
-    // What its key gives to the first button of a haptic hand; none: the button keeps what it has.
+    // The action that its key gives to a haptic hand's first button; none: that keeps what it has.
     std::optional<Carve> first_button{};
     bool has_radius = false; // a circle about the pointer shows it
 
     // Over a view, whichever tool is in the hand.
     void (*marks)(ImDrawList&, const ViewState&, Work&, Panel, const Box&) = nullptr;
-    // What the line at the bottom tells when the tool is taken, or this changes.
+    // The text in the line at the bottom when the tool is taken, or this changes.
     std::string (*how_to)(const ViewState&) = nullptr;
     // One of several kinds, which stands beside the tool's button.
     std::string (*kind)(const ViewState&) = nullptr;

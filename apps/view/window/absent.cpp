@@ -1,4 +1,4 @@
-// Where the window's libraries were not found at build.
+// Stands in for the window if its libraries were not found at build.
 
 #include "apps/palpate/command.h"
 

@@ -22,8 +22,8 @@ struct Outcome {
 };
 Outcome after(ViewState state, const Event& event, const Subject& subject);
 
-// Where a plane can be turned in a slice's view: on the lines of the other two, this far from the
-// crosshair, as a share of the shorter side.
+// A plane can be turned in a slice's view by handles: on the lines of the other two, this far from
+// the crosshair, as a share of the shorter side.
 constexpr double kHandle_share = 0.38, kHandle_px = 7.0;
 struct Handle {
     Panel plane; // the one whose line it lies on

@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-// What a key does when it is pressed or let go, by the tables of keys and of tools.
+// Acts on a key that is pressed or let go, by the tables of keys and of tools.
 void use_key(Outcome& next, const Event& event, const Subject& subject);
 
 // All keys and buttons and what they do, for the help and for the guide, in their order.

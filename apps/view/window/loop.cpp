@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kNicePictures = 5; // of a CPU driver's threads, beside 0 of the interface's
 
-// What comes out of a loop: no message of validation may be left.
+// A loop's result is an error if a message of validation is left.
 Result<void> expect_valid(const GpuDevice& device) {
     const std::vector<std::string> messages = device.validation_messages();
     if (!messages.empty())

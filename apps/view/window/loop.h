@@ -19,7 +19,7 @@ struct LoopOptions {
     std::optional<uint32_t> monitor{}; // that the window fills
     ViewerOptions viewer{};
     std::stop_token stop{};
-    // What of the renderer depends on the device.
+    // Sets the renderer's options that depend on the device.
     std::function<void(const GpuDevice&, RendererOptions&)> set_renderer{};
 };
 
@@ -34,7 +34,7 @@ struct HeadlessResult {
 Result<HeadlessResult> run_headless(Source source, const Script& script, LoopOptions options,
                                     bool with_shot);
 
-// What measure_latency() finds, in a window or without one, beside the devices' names.
+// The findings of measure_latency(), in a window or without one, beside the devices' names.
 Result<Json> run_latency(Source source, LoopOptions options, bool headless);
 
 // Options of a device that draws an interface without a window.

@@ -34,7 +34,7 @@ struct Box {
 // A window smaller than this has no room for its views.
 constexpr glm::uvec2 kSmallestWindow_px{480, 320};
 
-// Where everything lies in the window. Two panels are kGap_px apart.
+// The places of everything in the window. Two panels are kGap_px apart.
 struct Places {
     struct View {
         Panel panel;

@@ -43,7 +43,7 @@ glm::dvec2 pixel_of(const SliceView& view, const Grid& grid, glm::ivec2 size_px,
                     glm::dvec3 point_mm);
 double mm_per_px(const SliceView& view, const Grid& grid, glm::ivec2 size_px);
 
-// Of a view, or a camera's own; nothing where the point is not in front of the eye.
+// The pixel in a view, or in a camera's own; nothing where the point is not in front of the eye.
 std::optional<glm::dvec2> pixel_of(const View& view, glm::ivec2 size_px, glm::dvec3 point_mm);
 std::optional<glm::dvec2> pixel_of(const Camera& camera, glm::ivec2 size_px, glm::dvec3 point_mm);
 

@@ -131,7 +131,7 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
         glm::uvec2(glm::max(box ? box->size_px : glm::ivec2(volume_size_px(state)), glm::ivec2(1)));
     if (!has_labels || !state.labels_shown)
         scene.labels.reset();
-    // What only slices show changes nothing of a volume without them, and rays are not cast anew.
+    // Settings of slices change nothing of a volume without slices, and rays are not cast anew.
     if (is_slice(panel) || state.slices_in_volume) {
         scene.slice_transfer = grey_of(state);
         if (scene.labels)

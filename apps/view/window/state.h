@@ -76,7 +76,7 @@ enum class Browsing {
     fused      // another volume over its slices
 };
 
-// What waits until a person has said what becomes of edits that are not saved.
+// An action that waits until a person has said what becomes of edits that are not saved.
 struct Leaving {
     bool closes = false;          // the window; else a file is opened
     std::string path{}, series{}; // of it, as of Order
@@ -151,7 +151,7 @@ struct ViewState {
     friend bool operator==(const ViewState&, const ViewState&) = default;
 };
 
-// What the state is about, and where it goes back to.
+// The data that the state is about, and that it goes back to.
 struct Subject {
     Grid grid;
     ValueRange range;                // of the grey values
@@ -164,14 +164,14 @@ struct Subject {
     // The newest grey value and label of the sample at a point; none, and 0, where there is none.
     std::function<std::optional<double>(glm::dvec3 point_mm)> value_at{};
     std::function<uint16_t(glm::dvec3 point_mm)> label_at{};
-    // Where a ray meets the mesh that is pulled, and its place near a point; empty: there is none.
+    // The first point of the pulled mesh on a ray, and its place near a point; empty: no mesh.
     std::function<std::optional<glm::dvec3>(const Ray&)> mesh_met{};
     std::function<std::optional<glm::dvec3>(glm::dvec3 point_mm, double within_mm)> mesh_near{};
     // The path along edges between two samples of a slice across an axis, both included.
     std::function<std::vector<glm::uvec3>(glm::uvec3 from, glm::uvec3 to, int axis)> path{};
 };
 
-// What cannot be done by a change of state.
+// Work that a change of state cannot do.
 struct Order {
     enum class Kind {
         stroke_down,
@@ -234,7 +234,7 @@ glm::uvec2 volume_size_px(const ViewState& state);
 
 // The point in the patient under a pixel of the window, in a slice.
 glm::dvec3 point_under(const ViewState& state, const Grid& grid, Panel panel, glm::dvec2 at_px);
-// Where a point lies in the window.
+// The pixel of the window at which a point lies.
 std::optional<glm::dvec2> pixel_of(const ViewState& state, const Grid& grid, Panel panel,
                                    glm::dvec3 point_mm);
 
@@ -251,8 +251,8 @@ std::optional<glm::uvec3> sample_at(const Grid& grid, glm::dvec3 point_mm);
 // The slices' window as a grey function.
 TransferFunction grey_of(const ViewState& state);
 
-// What a view's picture shows: `base` is the document's scene, of which rays, colours of labels and
-// clip planes are taken.
+// The scene of a view's picture: `base` is the document's scene, of which rays, colours of labels
+// and clip planes are taken.
 Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scene& base,
                bool has_labels);
 

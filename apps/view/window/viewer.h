@@ -17,7 +17,7 @@
 
 namespace palpate::view {
 
-// What views and pictures are made with.
+// Options that views and pictures are made with.
 struct ViewerOptions {
     RendererOptions renderer;
     double frame_ms = 60.0; // of coarse pictures of the volume
@@ -81,7 +81,7 @@ class Viewer {
     Json dump();
     std::optional<std::string> failure() { return pictures_->failure(); }
     std::string title() const { return state_.names_hidden ? "" : work_->title(); }
-    // Where the window's first pixel lies on the screen: interleaved layouts count from there.
+    // The window's first pixel is here on the screen: interleaved layouts count from there.
     void set_place(glm::ivec2 screen_px) { screen_px_ = screen_px; }
     // A 3D cursor stands in for the pointer.
     bool hides_pointer() const { return state_.cursor_mm && state_.under == Panel::volume; }

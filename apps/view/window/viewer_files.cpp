@@ -241,7 +241,7 @@ std::string Viewer::file_name() const {
                : std::filesystem::path(work_->title()).stem().string();
 }
 
-// Of the window, in the current folder.
+// Saves a picture of the window, in the current folder.
 void Viewer::save_picture() {
     if (!options_.threaded) {
         work_->tell("a script saves nothing");
@@ -252,8 +252,8 @@ void Viewer::save_picture() {
     work_->tell(saved ? written(path) : saved.error().message);
 }
 
-// Of a view, for print: without what belongs to the window alone, as the tool of a hand. A thread
-// of its own asks for one picture after the other, and the views are drawn between them.
+// Prints a figure of a view: without what belongs to the window alone, as the tool of a hand. A
+// thread of its own asks for one picture after the other, and the views are drawn between them.
 void Viewer::print_figure(const std::string& file) {
     if (!options_.threaded) {
         work_->tell("a script saves nothing");

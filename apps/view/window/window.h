@@ -27,7 +27,7 @@ class Window {
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
 
-    // Of the devices that can present to it: to be made with can_present() of the window.
+    // The extensions for devices that can present to it, made with can_present() of the window.
     static std::vector<std::string> instance_extensions();
     static std::function<bool(VkInstance, VkPhysicalDevice, uint32_t family)> can_present();
 
@@ -55,7 +55,7 @@ class Window {
     EventQueue events_;
 };
 
-// What a window shows, on a device that presents.
+// The picture that a window shows, on a device that presents.
 class Screen {
  public:
     Screen(GpuDevice& device, Window& window); // throws GpuError
