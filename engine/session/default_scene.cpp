@@ -21,7 +21,7 @@ ValueSurvey survey_of(const LoadedScene& loaded) {
     return survey_of(loaded.data.volume, loaded.coarser);
 }
 
-// What has to be taken from values to get Hounsfield units; nothing where they are not a CT's.
+// The number to take from values to get Hounsfield units; nothing where they are not a CT's.
 std::optional<double> hounsfield_offset(const LoadedScene& loaded, const ValueSurvey& values) {
     if (loaded.modality == "CT")
         return lacks_ct_offset(loaded.modality, loaded.data.volume, values) ? kLostCtOffset : 0.0;
@@ -32,7 +32,7 @@ std::optional<double> hounsfield_offset(const LoadedScene& loaded, const ValueSu
     return likely ? std::optional(0.0) : std::nullopt;
 }
 
-// What is chosen from.
+// The facts that a default scene is chosen by.
 struct Look {
     ValueSurvey values;
     std::optional<double> hu; // where a CT has its 0 HU
@@ -65,7 +65,7 @@ TransferFunction over_values(const TransferFunction& function, const Look& look)
                                : stretched(function, values.low, values.high);
 }
 
-// Of mode alpha: bone, or soft tissue where nothing is as dense as bone.
+// The function of mode alpha: bone, or soft tissue where nothing is as dense as bone.
 TransferFunction alpha_preset(const Look& look) {
     if (look.looks_for_dark || !look.fills_tissue())
         return over_values(*preset("mr"), look);

@@ -11,7 +11,7 @@
 // The default scene of a volume.
 namespace palpate {
 
-// Where a CT has its 0 HU: 0, or 1024 where it lacks its offset (engine/io/hounsfield.h).
+// The value of 0 HU in a CT: 0, or 1024 where it lacks its offset (engine/io/hounsfield.h).
 double zero_hu(const LoadedScene& loaded);
 
 // "HU" where the values are Hounsfield units; empty else, also where a CT lacks its offset.

@@ -120,7 +120,7 @@ void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh) {
 SessionSetup session_setup(Feel& feel) {
     const Volume& grey = *feel.scene.grey;
     const bool on_labels = feel.edit && feel.edit->operation.on_labels();
-    // Where SCENE itself is the label map, there is one volume.
+    // There is one volume if SCENE itself is the label map.
     const bool is_one = feel.scene.labels && feel.scene.labels->is_same_as(grey);
     std::string grey_name = "volume", labels_name = feel.scene.labels ? "volume" : "";
     Document document(on_labels ? *feel.scene.labels : grey,

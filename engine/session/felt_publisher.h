@@ -21,7 +21,7 @@ class FeltPublisher {
                   Mailbox<haptics::TouchParameters>& parameters,
                   std::shared_ptr<haptics::TouchSurface> surface);
 
-    // Where the document or the sources are others than before. False: they are not.
+    // Publishes if the document or the sources are others than before. False: they are not.
     bool publish();
 
     // For readers; published scenes have versions that rise.

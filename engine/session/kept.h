@@ -25,7 +25,7 @@ struct Kept {
 
 // Its members under their names, those that are not empty.
 Json kept_json(const Kept& kept);
-// Of an object that may have other members.
+// Reads it from an object that may have other members.
 Kept read_kept(const JsonValue& in);
 
 } // namespace palpate

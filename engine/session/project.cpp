@@ -34,7 +34,7 @@ std::string note_of(const Journal::Contents& contents, const fs::path& path) {
                         : std::string();
 }
 
-// Of a journal that cannot be read.
+// Adds a way out to the error of a journal that cannot be read.
 tl::unexpected<Error> with_way_out(const Error& error, const fs::path& folder) {
     return fail(
         "{}; `palpate project {} --discard` goes back to the last save and keeps the journal",

@@ -134,7 +134,7 @@ std::optional<Result<Project>> Project::Creation::poll(Session& session) {
         if (!files)
             return Result<Project>(pass_on(files));
         project_.files_ = std::move(*files);
-        // What was done since `contents_` is the first step of the journal.
+        // All that was done since `contents_` is the first step of the journal.
         Result<Journal::Found> found =
             Journal::open(project_.folder_ / journal_name(1), {.save = 1});
         if (!found)

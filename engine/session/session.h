@@ -26,8 +26,8 @@ struct SessionSetup {
     haptics::TouchScene touch; // SessionSources
     haptics::TouchParameters parameters;
     Kept kept;
-    // Of the felt volume, for an algorithm that feels a mesh: touch.touch_mesh is its mesh, and
-    // follows what is edited. Null: that stays as it is.
+    // The surface of the felt volume, for an algorithm that feels a mesh: touch.touch_mesh is its
+    // mesh, and follows what is edited. Null: that stays as it is.
     std::shared_ptr<haptics::TouchSurface> felt_surface{};
     std::optional<float> mesh_iso; // of the grey volume's surface, kept up to date; none: none
     EditorOptions edit;            // threaded: whether the session has threads at all
@@ -111,11 +111,11 @@ class Session {
     // until that is done. Force begins by a soft start.
     Result<void> start(SessionDevice device) { return device_.start(std::move(device)); }
     void stop(); // ends a stroke under way; no force is sent from now on
-    // Of the device that runs, if one does; with its next tick. arm() clears faults and begins a
-    // soft start: call it when a person has asked for it. After disarm() there is no force.
+    // Act on the device that runs, if one does, with its next tick. arm() clears faults and begins
+    // a soft start: call it when a person has asked for it. After disarm() there is no force.
     void arm() { device_.arm(); }
     void disarm() { device_.disarm(); }
-    // Of the device that was started last, where it has stopped (HapticDevice::calibrate()).
+    // Calibrates the device that was started last, if it has stopped (HapticDevice::calibrate()).
     Result<void> calibrate() { return device_.calibrate(); }
     DeviceReport device_report() const { return device_.report(); } // of the one started last
 
@@ -128,8 +128,8 @@ class Session {
     // So that the hand's right, up and towards the person are those of a picture by this camera.
     void align_workspace(const Camera& camera);
 
-    // Of the device that was started last, also when it has stopped; null before the first. The
-    // thread is null without threads.
+    // The servo of the device that was started last, also when it has stopped; null before the
+    // first. The thread is null without threads.
     const haptics::Servo* servo() const { return device_.servo(); }
     const haptics::ServoThread* servo_thread() const { return device_.servo_thread(); }
 

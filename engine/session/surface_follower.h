@@ -51,7 +51,7 @@ class SurfaceFollower {
     std::atomic<float> iso_; // NaN: no mesh
     std::mutex mutex_;       // of surface_
     std::optional<BlockSurface> surface_;
-    // What surface_ has got to.
+    // The versions that surface_ has got to.
     std::atomic<uint64_t> snapshot_{0}, sources_epoch_{0};
     std::atomic<float> meshed_iso_{0.0f};
     Wake wake_;

@@ -72,7 +72,7 @@ class HapticDevice {
     // The handle rests where its maker says that it is to be calibrated: takes that for the place
     // it is known to be. An error: it has no calibration.
     virtual Result<void> calibrate();
-    // Of a device that sets the pace: waits until there is a sample that read() has not given yet,
+    // For a device that sets the pace: waits until there is a sample that read() has not given yet,
     // or until it is until_ns on the clock of the ticks. True: there is one, and read() gives it
     // without waiting. False at once where the device is gone.
     virtual bool wait(int64_t until_ns) noexcept;

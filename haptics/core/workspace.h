@@ -56,7 +56,7 @@ class Workspace {
     void follow(const WorkspaceSettings& wanted, const DeviceSample& sample, double dt_s) noexcept;
     bool clutched() const noexcept { return clutched_; }
 
-    // Of the force: 0 some time after the clutch was pressed, 1 some time after it was released.
+    // The share of the force: 0 a while after a press of the clutch, 1 a while after its release.
     static constexpr double kClutchOut_s = 0.020, kClutchIn_s = 0.100;
     double force_share() const noexcept { return force_share_; }
 

@@ -167,7 +167,7 @@ class Run {
         for (const double end_s = seconds() + 0.3; seconds() < end_s;)
             PALPATE_TRY(tick({}));
         Checklist::Push push{.direction = direction};
-        // What a few steps of the encoders, or of a tremor, are no motion.
+        // A few steps of the encoders, or of a tremor, are no motion.
         const double still_mm = std::max(3e3 * device_.capabilities().resolution_m, 0.02);
         const glm::dvec3 begin_m = sample_.position_m;
         const double force_n = std::min(Checklist::kForce_n, device_.capabilities().max_force_n);

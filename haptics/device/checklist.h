@@ -9,7 +9,7 @@
 #include "haptics/core/clock.h"
 #include "haptics/core/device.h"
 
-// What an owner's device does, measured: the tests that need hardware.
+// Measures what an owner's device does: the tests that need hardware.
 namespace palpate::haptics {
 
 struct ChecklistOptions {

@@ -31,7 +31,7 @@ void split(std::string_view line, std::vector<std::string_view>& cells) {
     }
 }
 
-// Where each wanted column stands among the cells of a line.
+// Finds the place of each wanted column among the cells of a line.
 Result<std::vector<size_t>> read_names(const std::vector<std::string_view>& cells,
                                        std::span<const CsvColumn> columns,
                                        const std::string& where) {

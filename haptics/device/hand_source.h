@@ -6,8 +6,8 @@
 
 namespace palpate::haptics {
 
-// Where the hand on a simulated device means to be, in the device's space. For the servo's thread
-// and under its rules: no member allocates, throws or locks.
+// The place where the hand on a simulated device means to be, in the device's space. For the
+// servo's thread and under its rules: no member allocates, throws or locks.
 class HandSource {
  public:
     struct Meant {

@@ -7,7 +7,7 @@
 
 namespace palpate::haptics {
 
-// Where a pointer is and what it presses, in the world.
+// The place of a pointer in the world, and what it presses.
 struct PointerTarget {
     ToolPose tool;
     uint32_t buttons = 0;

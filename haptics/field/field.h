@@ -73,7 +73,7 @@ class Field {
         FieldSample sharp, smooth;
     };
     Both both(glm::dvec3 world_mm) { return both(world_mm, true, true); }
-    // Of the unsharpened samples; of labels, sharp().
+    // Interpolates the unsharpened samples; for labels, sharp().
     double trilinear(glm::dvec3 world_mm);
 
     // Finds the points at_mm + offset that may be solid, now or after all have moved by up to one
@@ -91,11 +91,11 @@ class Field {
     uint32_t solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets,
                           double reach_samples, std::span<const uint16_t> named, float below,
                           Inside* found);
-    // Where the answer of near_points() may have become another for a tool at a place, so has this
-    // number.
+    // A number that changes whenever the answer of near_points() to a tool at a place may have
+    // become another one.
     uint64_t samples_about(glm::dvec3 at_mm, double reach_samples);
-    // Has changed where anything within reach_samples of a place may feel different; so it may have
-    // without that, where reach_samples is large. Never 0.
+    // A number that changes whenever anything within reach_samples of a place may feel different;
+    // it may change without that, too, if reach_samples is large. Never 0.
     uint64_t stamps_about(glm::dvec3 at_mm, double reach_samples) const;
     // Changes where the answer of offset_of() may.
     uint64_t settings() const { return settings_; }

@@ -25,8 +25,8 @@ constexpr std::array<float, 5> kSharpenMore{1.0f / 36.0f, -5.0f / 18.0f, 1.5f, -
 // 1. These are the sums of the two kinds of sharpening.
 constexpr double kSharpenSize = 1.2222, kSharpenMoreSize = 1.3542;
 
-// Of a blur: a variance v below which a sampled Gaussian's is less by more than a hundredth, 8 pi^2
-// v^2 exp(-2 pi^2 v), and what its reach has room for.
+// A blur has two limits: a variance v below which a sampled Gaussian's is less by more than a
+// hundredth, 8 pi^2 v^2 exp(-2 pi^2 v), and the most that its reach has room for.
 constexpr double kLeastGaussian = 0.4, kWidest_samples = 1.9;
 
 double overshoot_of(double size) {
@@ -67,8 +67,8 @@ double make_wide(double coarseness, std::span<float, 7> taps) {
     return size;
 }
 
-// Of this variance, from -1/3 on: where it is small, three taps of it, for a narrow Gaussian cannot
-// be sampled.
+// Makes a blur of this variance, from -1/3 on: with three taps if it is small, for a narrow
+// Gaussian cannot be sampled.
 void make_blur(double variance, int reach, std::span<float, 2 * Filter::kMostReach + 1> taps) {
     const auto middle = static_cast<size_t>(reach);
     if (variance < kLeastGaussian) {

@@ -13,10 +13,10 @@ struct Filter {
     std::array<std::array<float, 2 * kMostReach + 1>, 3> taps{}; // the first 2 reach + 1 of each
 };
 
-// What makes the normals of a spline waver with the lattice is how narrow the edge is that it is
-// made of; what turns them where a surface bends is how wide all blur is. So edge and filter
-// together are blurred by this, whatever share of it the edge has itself. Of the family of scenes,
-// directions err least at about this (docs/log/touch.md).
+// The normals of a spline waver with the lattice if the edge that it is made of is narrow, and they
+// turn where a surface bends if all blur is wide. So edge and filter together are blurred by this,
+// whatever share of it the edge has itself. Of the family of scenes, directions err least at about
+// this (docs/log/touch.md).
 constexpr double kEdgeBlur_samples = 0.6;
 
 struct FieldFilters {

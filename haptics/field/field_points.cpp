@@ -1,4 +1,4 @@
-// What a Field tells of a tool's many points; declared in field.h.
+// The part of Field that tells of a tool's many points; declared in field.h.
 
 #include "haptics/field/field.h"
 #include "haptics/field/samples.h"
@@ -8,8 +8,8 @@ namespace palpate::haptics {
 
 namespace {
 
-// Where a tool's points lie: counted from a tile's corner that is lower than all of them, so that
-// places are positive, and small enough for floats where the tool is.
+// The places of a tool's points: counted from a tile's corner that is lower than all of them, so
+// that places are positive, and small enough for floats where the tool is.
 struct Around {
     static constexpr int kSide = SampleTiles::kSide;
     glm::ivec3 corner;
@@ -165,7 +165,7 @@ uint32_t Field::solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offset
     hold(cells.low, cells.high + 1, SampleTiles::Read::where_solid);
     if (!tiles_.any_solid())
         return 0;
-    // Where samples lie in the table, for each coordinate that a point may have.
+    // The places of samples in the table, for each coordinate that a point may have.
     constexpr size_t kMost = SampleTiles::kSide * (SampleTiles::kMost + 2);
     std::array<uint32_t, kMost> x, y, z;
     const glm::ivec3 last = cells.high + 1 - around.corner;

@@ -16,7 +16,7 @@ int floor_div(int a, int b) {
     return a >= 0 ? a / b : -((b - 1 - a) / b);
 }
 
-// Where the taps of a point begin among what was read, and which they are.
+// The taps of a point: which they are, and where they begin among what was read.
 struct Tapped {
     int start;
     const float* taps;

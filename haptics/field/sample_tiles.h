@@ -45,7 +45,7 @@ class SampleTiles {
     // is held. With Read::none: all, where any of the tile's or its neighbours' samples may be.
     const std::array<uint64_t, kSide>& near(glm::ivec3 tile);
 
-    // Where a sample is in numbers(): the sum of what its coordinates give.
+    // The place of a sample in numbers(): the sum of what its coordinates give.
     static uint32_t at_x(int x) { return tile_x(x >> 3) + static_cast<uint32_t>(x & 7); }
     static uint32_t at_y(int y) { return kTable * tile_x(y >> 3) + 8u * (y & 7); }
     static uint32_t at_z(int z) { return kTable * kTable * tile_x(z >> 3) + 64u * (z & 7); }

@@ -13,7 +13,7 @@ inline int floor_of(double x) { // std::floor is a call on the oldest x86-64
     return i - (static_cast<double>(i) > x);
 }
 
-// Where a point lies among blocks of 4x4x4 cells, and the cubic B-spline there from the 7x7x7
+// The place of a point among blocks of 4x4x4 cells, and the cubic B-spline there from the 7x7x7
 // coefficients of its block, those of samples 4 block - 1 and on.
 struct SplinePlace {
     static constexpr int kSide = 7;

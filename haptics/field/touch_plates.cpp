@@ -7,7 +7,7 @@ namespace palpate::haptics {
 
 namespace {
 
-// Of a ball's lowest point, in the plate's own axes.
+// A ball's lowest point, in the plate's own axes.
 glm::dvec3 tip_of(const TouchPlate& plate, glm::dvec3 tool_mm, double radius_mm) {
     glm::dvec3 tip = glm::conjugate(plate.top.rotation) * (tool_mm - plate.top.position_mm);
     tip.z -= radius_mm;

@@ -25,7 +25,7 @@ struct TouchPlates {
     friend bool operator==(const TouchPlates&, const TouchPlates&) = default;
 };
 
-// What a tool presses.
+// The press of a tool on a plate.
 struct PlateTouch {
     int32_t plate = -1;             // the number of the plate; -1: none
     double depth_mm = 0.0;          // from its face at rest

@@ -50,10 +50,10 @@ struct SurfacePoint {
 // the one that p sees most squarely. None where none is within_mm.
 SurfacePoint nearest_point(const TriangleSpan& surface, glm::dvec3 p, double within_mm = INFINITY);
 
-// Where a segment first passes a triangle from outside to inside. Edges and corners belong to
-// all of their triangles, so that a closed surface has no gap for any rounding. A triangle that the
-// start lies behind by no more than `behind` is passed there. distance is from `from`, and below 0
-// for those.
+// Finds the point where a segment first passes a triangle from outside to inside. Edges and corners
+// belong to all of their triangles, so that a closed surface has no gap for any rounding. A
+// triangle that the start lies behind by no more than `behind` is passed there. distance is from
+// `from`, and below 0 for those.
 SurfacePoint first_crossing(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 to,
                             double behind = 0.0);
 

@@ -1,4 +1,4 @@
-// What a volume's own samples tell of how to feel it; declared in field.h.
+// Measures a volume's own samples to tell how to feel it; declared in field.h.
 
 #include <algorithm>
 #include <cmath>
@@ -69,8 +69,8 @@ double grains_about(const Volume& volume, double iso) {
     return crossings > 0 ? static_cast<double>(grains) / static_cast<double>(crossings) : 0.0;
 }
 
-// Of where along a line values rise or fall: its differences, each in the middle between its
-// samples.
+// Sums over a stretch of a line on which values rise or fall: of its differences, each placed in
+// the middle between its samples.
 struct Rise {
     double all = 0.0, first = 0.0, second = 0.0;
 
@@ -79,7 +79,7 @@ struct Rise {
         first += difference * place;
         second += difference * place * place;
     }
-    // Of the edge itself: a difference of samples is a mean over one of them, a twelfth wider.
+    // The variance of the edge itself: a difference of samples is a mean over one, a twelfth wider.
     double variance() const { return second / all - first * first / (all * all) - 1.0 / 12.0; }
 };
 
@@ -147,11 +147,11 @@ double edge_about(const Volume& volume, double iso) {
 } // namespace
 
 Tuning tuning_for(const Volume& volume, double iso) {
-    // Of second differences over two samples, which a slope does not enter, on either side of the
-    // surface for itself: a masked background is constant and says nothing. Scaled to a standard
-    // deviation by the tenth of |x| of a normal distribution, for bodies are mostly edge, and the
-    // root of 1 + 4 + 1. Over two samples noise that a kernel of one sample has correlated is seen
-    // by 0.72 of it, over one by 0.29.
+    // Noise comes from second differences over two samples, which a slope does not enter, on either
+    // side of the surface for itself: a masked background is constant and says nothing. Scaled to a
+    // standard deviation by the tenth of |x| of a normal distribution, for bodies are mostly edge,
+    // and the root of 1 + 4 + 1. Over two samples noise that a kernel of one sample has correlated
+    // is seen by 0.72 of it, over one by 0.29.
     constexpr uint32_t kApart = 2;
     std::vector<float> free_bends, solid_bends, free, solid;
     const glm::uvec3 size = volume.size();

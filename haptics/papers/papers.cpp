@@ -26,7 +26,7 @@ namespace {
 
 using glm::dvec3;
 
-// What is felt, and how grey values or labels say "solid" in these papers.
+// The felt volume, and how grey values or labels say "solid" in these papers.
 struct Source {
     const Volume* volume;
     double iso;

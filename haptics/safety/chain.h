@@ -83,7 +83,7 @@ class SafetyChain {
     // hand feels it; 0 where there is none.
     Wrench finish(const Wrench& wanted, double stiffness_n_per_m) noexcept;
 
-    // What the device answered to the wrench of this tick. One that is gone, or that has left
+    // Takes the device's answer to the wrench of this tick. A device that is gone, or that has left
     // forces aside for limits.hold_ns, has a fault: nobody knows what it renders.
     void written(DeviceStatus status) noexcept;
     // In this tick the coupling was made softer (most_stiffness_n_per_m()).

@@ -14,8 +14,8 @@ constexpr double kHold = 0.5, kLeastDelay = 1.0, kSteadySlew = 0.2;
 // motion in steps.
 constexpr double kFade_s = 0.01;
 
-// What of a force opposes the motion, up to most_n; what pushes on is left out, and of the rest a
-// share stays.
+// The part of a force that opposes the motion, up to most_n; a part that pushes on is left out, and
+// of the rest a share stays.
 glm::dvec3 opposing(glm::dvec3 force_n, glm::dvec3 direction, double most_n, double rest) {
     const double along_n = -glm::dot(force_n, direction);
     const glm::dvec3 opposes = -std::clamp(along_n, 0.0, most_n) * direction;
@@ -25,7 +25,7 @@ glm::dvec3 opposing(glm::dvec3 force_n, glm::dvec3 direction, double most_n, dou
 
 } // namespace
 
-// What was sent stays in memory and is not read any more: a servo without force resets every tick.
+// Sent forces stay in memory and are not read any more: a servo without force resets every tick.
 void Passivity::reset() noexcept {
     has_last_ = false;
     unseen_s_ = made_j_ = work_j_ = damping_ = steady_ = last_stored_j_ = 0.0;

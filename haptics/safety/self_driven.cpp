@@ -92,7 +92,7 @@ glm::dvec3 SelfDriven::twice_at(double time_s) const noexcept {
     return from.twice + share_s * (from.once + 0.5 * share_s * force);
 }
 
-// What is linear in time makes no second difference, and would grow for ever.
+// Takes away all that is linear in time: it makes no second difference, and would grow for ever.
 void SelfDriven::rebase() noexcept {
     const Point origin = now_;
     const auto shift = [&](Point& p) {
@@ -224,7 +224,7 @@ void SelfDriven::solve() noexcept {
         if (i > 0 && (1.0 - explained > left || mass <= 0.0))
             continue;
         left = i == 0 ? kBetter * (1.0 - explained) : 1.0 - explained;
-        // What the hand takes up by the fit: unlike f . x' it does not waver within a cycle.
+        // The hand takes up this power by the fit: unlike f . x' it does not waver within a cycle.
         const double power =
             found[1] / spread[1] * products_[1][1] + found[2] / spread[2] * products_[2][1];
         const double both = variance * products_[1][1];

@@ -48,7 +48,7 @@ class ForceFade {
     void command(double longer_s) noexcept {
         watch_s_ = kWatch_s + std::clamp(longer_s, 0.0, MostTouch::delay_s);
     }
-    // What to send of a rendered wrench. What is not finite is passed on.
+    // The wrench to send for a rendered one. Values that are not finite are passed on.
     Wrench next(const Wrench& rendered, double natural_n, double dt_s) noexcept;
 
  private:

@@ -116,8 +116,8 @@ class Servo {
     ParameterSlew slew_;
     ForceFade fade_;
     PlatePress press_;
-    // What was pinned in the tick before. A pin's epoch may be that of an earlier value, and memory
-    // is used again; a value that differs differs in one of the two.
+    // The value that was pinned in the tick before. A pin's epoch may be that of an earlier value,
+    // and memory is used again; a value that differs differs in one of the two.
     struct Seen {
         const void* value = nullptr;
         uint64_t epoch = 0;

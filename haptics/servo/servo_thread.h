@@ -55,7 +55,7 @@ class ServoThread {
     static constexpr int64_t kPatience_ns = 1'000'000'000;
     void stop(); // waits for the tick at hand; the last wrench sent is none
     bool ended() const { return ended_.load(std::memory_order_acquire); }
-    // Of its ticks alone; valid once it has ended.
+    // The use by its ticks alone; valid once it has ended.
     const ThreadUse& use() const { return use_; }
 
  private:

@@ -19,8 +19,8 @@ struct Removed {
 Removed removed_between(const Volume& before, const Volume& after, double iso,
                         const Volume& material);
 
-// What a tool that removes material does at a moment. Sound, vibration and dust are functions of
-// it (Eriksson, Dixon & Wikander, MMVR 2006: milling is heard and felt).
+// A tool's removal of material at a moment. Sound, vibration and dust are functions of it
+// (Eriksson, Dixon & Wikander, MMVR 2006: milling is heard and felt).
 struct Milling {
     double removed_mm3 = 0.0;    // in all, since the beginning; never falls
     double rate_mm3_per_s = 0.0; // exactly 0 from MillingMeter::kWindow_s after the last removal on

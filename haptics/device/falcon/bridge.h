@@ -31,7 +31,7 @@ constexpr UsbSetup bridge_setup(BridgeRequest request, uint16_t value) noexcept 
     return {.type = 0x40, .request = static_cast<uint8_t>(request), .value = value, .index = 0};
 }
 
-// What came over the serial line in one USB packet; empty where it holds status alone or less.
+// The bytes of the serial line in one USB packet; empty where it holds status alone or less.
 inline std::span<const std::byte> payload_of(std::span<const std::byte> usb_packet) noexcept {
     return usb_packet.size() > 2 ? usb_packet.subspan(2) : std::span<const std::byte>();
 }

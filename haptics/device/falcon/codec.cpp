@@ -13,7 +13,7 @@ std::byte character(unsigned value) {
     return static_cast<std::byte>(kZero + value);
 }
 
-// Of a payload character; of others beyond any payload.
+// The value of a payload character; other characters give one beyond any payload.
 unsigned value_of(std::byte byte) {
     return std::to_integer<unsigned>(byte) - kZero;
 }

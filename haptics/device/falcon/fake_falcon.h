@@ -38,7 +38,7 @@ class FakeFalcon final : public FakePeer {
     // The mechanics of the falcon preset without steps and limits, which the encoders bring.
     static DevicePreset plant_preset();
 
-    // Of the truth behind the bytes.
+    // The truth behind the bytes.
     const SimulatedDevice& plant() const { return plant_; }
     const Command& command() const { return command_; }   // the last that arrived
     glm::dvec3 motor_force_n() const { return force_n_; } // of the motors on the grip, now

@@ -40,7 +40,7 @@ class FalconDevice final : public HapticDevice {
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
     void halt(int64_t now_ns) noexcept override;
 
-    // What the line did since it was opened.
+    // Counts of what the line did since it was opened.
     struct Counters {
         uint64_t packets = 0;    // read whole
         uint64_t lost_bytes = 0; // that belonged to no packet

@@ -5,7 +5,7 @@
 #include <glm/glm.hpp>
 #include <optional>
 
-// Where the grip of a Novint Falcon is for given motor angles, and which torques make a force.
+// The place of a Novint Falcon's grip for given motor angles, and the torques that make a force.
 //
 // Three legs, each an arm on a motor and a parallelogram: a delta robot with link offsets. Source
 // of the equations: R. E. Stamper, A three degree of freedom parallel manipulator with only

@@ -51,7 +51,7 @@ std::vector<Plugged> plugged_gamepads();
 class GamepadDevice final : public HapticDevice {
  public:
     static Result<std::unique_ptr<GamepadDevice>> open(const std::string& node);
-    // Of a descriptor that gives evdev's events without waiting.
+    // Takes a descriptor that gives evdev's events without waiting.
     GamepadDevice(Fd events, const gamepad::Ranges& ranges);
 
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }

@@ -31,7 +31,7 @@ constexpr std::array<std::byte, 2> led_report(bool on) noexcept {
     return {std::byte{4}, on ? std::byte{1} : std::byte{0}};
 }
 
-// Of a HID report descriptor (USB HID 1.11, 6.2.2).
+// The contents of a HID report descriptor (USB HID 1.11, 6.2.2).
 struct Description {
     bool is_six_axis = false; // a multi-axis controller (generic desktop, usage 8)
     int range = 350;          // largest deflection that it names; 350 where it names none

@@ -62,7 +62,7 @@ bool FakeTransport::round() {
         if (!end_one(transfers_[order_[i]]))
             order_[left++] = order_[i];
     ordered_ = left;
-    // What was submitted before a halt goes out before it.
+    // Transfers that were submitted before a halt go out before it.
     for (uint32_t n = halts_.exchange(0, std::memory_order_acq_rel); n > 0 && !gone_; --n)
         peer_.out(halt_endpoint_, halt_message_);
     return left < before;

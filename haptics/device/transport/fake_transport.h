@@ -48,7 +48,7 @@ class FakeTransport final : public Transport {
     FakeTransport(FakePeer& peer, Clock& clock) : peer_(peer), clock_(clock) {}
 
     void set_fault(Fault fault) { fault_ = std::move(fault); }
-    // What is pending ends with the next reap().
+    // Pending transfers end with the next reap().
     void unplug() noexcept { gone_ = true; }
 
     void submit(Transfer& transfer) noexcept override;

@@ -14,7 +14,7 @@ struct Plugged {
     std::string refusal;
 };
 
-// What `refusal` is for a node, which is not opened.
+// The `refusal` for a node, which is not opened.
 std::string refusal_of_node(const std::string& node);
 // The same sentence for a node that open(2) refused with the error number `error`.
 std::string refusal_of_node(const std::string& node, int error);

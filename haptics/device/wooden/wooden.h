@@ -33,7 +33,7 @@ class WoodenDevice final : public HapticDevice {
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
     void halt(int64_t) noexcept override { transport_->halt(); }
 
-    // Of the motors, in mA.
+    // The currents of the motors, in mA.
     static std::array<int16_t, 3> motor_currents(const wooden::Geometry& geometry,
                                                  const wooden::Angles& angles,
                                                  glm::dvec3 force_n) noexcept;
