@@ -15,7 +15,7 @@ using namespace palpate;
 namespace hp = palpate::haptics;
 
 int main() {
-    // What is felt: values of 500 and more of a ball of radius 20 mm.
+    // The object that is felt: values of 500 and more of a ball of radius 20 mm.
     const Grid grid = make_grid(glm::uvec3(96), glm::dvec3(0.5), glm::dvec3(-23.75));
     hp::TouchScene scene;
     scene.grey = synthetic::sample(synthetic::sphere({0, 0, 0}, 20.0, 0.5), grid, ScalarType::f32);
@@ -24,8 +24,8 @@ int main() {
     parameters.stiffness_n_per_m = 600.0;
     hp::tune(parameters, *scene.grey); // its noise, measured once
 
-    // Where the hand means to be: it rests above the ball while the force fades in, then presses
-    // down to 5 mm below the surface.
+    // The path that the hand means to take: it rests above the ball while the force fades in, then
+    // presses down to 5 mm below the surface.
     const hp::HandPath path({{0.0, {{0, 0, 30}}}, {2.5, {{0, 0, 30}}}, {3.5, {{0, 0, 15}}}});
     const hp::Workspace workspace({0, 0, 20}, 1.0); // 1 mm of the hand is 1 mm of the world
     hp::SimulatedDevice device(*hp::find_device_preset("omega"), {}, path, workspace);

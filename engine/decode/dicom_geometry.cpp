@@ -77,7 +77,7 @@ void take_volume_geometry(const DataSet& groups, DicomFrame& frame) {
             frame.axes = glm::dmat2x3{{a[0], a[1], a[2]}, {a[3], a[4], a[5]}};
 }
 
-// What the functional groups of an enhanced image state.
+// Takes what the functional groups of an enhanced image state.
 void take_groups(const DicomItem& groups, DicomFrame& frame) {
     if (!groups)
         return;

@@ -3,7 +3,7 @@
 #include "engine/decode/dicom_elements.h"
 #include "engine/decode/dicom_stack.h"
 
-// Where the frames of a DICOM file lie: the elements that say so, in the places where they may be.
+// The places of a DICOM file's frames: the elements that state them, wherever they may be.
 namespace palpate::io {
 
 // Takes position, orientation, spacing and rescale from the elements of an image, or of a

@@ -2,7 +2,7 @@
 
 #include "engine/decode/dicom_stack.h"
 
-// Where the slices of a stack lie, and whether that is regular.
+// The places of the slices of a stack, and whether they are regular.
 namespace palpate::io {
 
 // The images of a stack, sorted along their normal, and an even stack that fits them.

@@ -22,7 +22,7 @@ using Files = std::map<fs::path, DicomFile>;
 using Failures =
     std::map<fs::path, std::string>; // the files whose pixels no codec decodes, and why
 
-// Where this many files fail and none is read, the others are not tried.
+// If this many files fail and none is read, the others are not tried.
 constexpr size_t kMostFailuresInARow = 8;
 
 // One type that holds every file's: its own where they agree, else f64, which also holds NaN for

@@ -15,7 +15,7 @@ constexpr double kNoData = std::numeric_limits<double>::quiet_NaN();
 // Positions are decimal strings: this far beyond an image, in samples, still belongs to it.
 constexpr double kRounding = 1e-3;
 
-// Where a sample lies between two neighbours of a row of `count`.
+// The place of a sample between two neighbours of a row of `count`.
 struct Between {
     size_t low = 0, high = 0;
     double share = 0; // of the higher
@@ -66,7 +66,7 @@ Result<void> resample_stack(const DicomStack& stack, const DicomValues& values_o
     const glm::dmat4 index_from_world = glm::inverse(grid.world_from_index);
     const glm::dvec3 origin(grid.world_from_index[3]);
 
-    // Of images s - 1 and s: where they lie in slices of the grid, and their values on it.
+    // Images s - 1 and s: where they lie in slices of the grid, and their values on it.
     double before_at = 0;
     std::vector<double> before;
     uint32_t k = 0;

@@ -20,7 +20,7 @@ constexpr double kMostSlices = 4096;
 constexpr double kMostSlicesPerPlace = 64;
 constexpr double kOnLattice = 0.05; // of a step; what positions may be off
 
-// Where the frames lie: frame i fills slice slice_of[i] of the grid.
+// The places of the frames: frame i fills slice slice_of[i] of the grid.
 struct Placed {
     Grid grid;
     std::vector<uint32_t> slice_of;

@@ -4,7 +4,7 @@
 
 #include "engine/decode/dicom_file.h"
 
-// What images state in other places than most: pixel spacings beside Pixel Spacing, and padding.
+// Facts that images state in rarer places: pixel spacings beside Pixel Spacing, and padding.
 namespace palpate::io {
 
 // Gives a frame without Pixel Spacing that of its detector, or of its ultrasound regions, and words

@@ -115,7 +115,7 @@ Result<Grid> upright_grid(const std::string& name, const std::vector<DicomFrame>
     const double wish = std::max(finest_spacing_mm(places.along_mm),
                                  range / (kMostSlices * static_cast<double>(frames.size())));
     const double steps = std::max(1.0, std::ceil(range / wish - 0.01));
-    // Where images begin, in samples from where the first one does.
+    // The beginnings of images, in samples from where the first one begins.
     glm::dvec2 low(0), high(0);
     for (const DicomFrame& frame : frames) {
         const glm::dvec2 at = (*frame.position - *frames.front().position) * axes / spacing;

@@ -22,7 +22,7 @@ constexpr size_t kMostUidBytes = 64;
 
 enum class Form { explicit_little, explicit_big, implicit_little };
 
-// What is wrong, as a clause; empty: nothing.
+// A clause that says what is wrong; empty: nothing.
 using Fault = std::string;
 
 // The bytes of a data set, forward, with a look ahead.
@@ -215,7 +215,7 @@ class Walk {
     uint64_t pixels_at_ = 0;
 };
 
-// Where the data set begins and how it is written.
+// The beginning of the data set, and how it is written.
 struct Meta {
     std::string syntax;
     bool has_preamble = false;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-// What a DICOM file states about an image that may tell it from others at the same place.
+// Facts that a DICOM file states about an image, which may tell it from others at the same place.
 namespace palpate::io {
 
 // In the order in which frames are sorted. Times of acquisition are seconds since 2000-01-01.

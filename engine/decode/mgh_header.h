@@ -31,7 +31,7 @@ struct MghHeader {
 // From the first kMghHeaderBytes of a file, unpacked. An error begins with `name`.
 Result<MghHeader> parse_mgh_header(const std::string& name, std::span<const std::byte> bytes);
 
-// Where the samples lie, LPS millimetres; a warning where the file does not say.
+// The places of the samples, LPS millimetres; a warning where the file does not say.
 Result<Grid> mgh_grid(const std::string& name, const MghHeader& header,
                       std::vector<std::string>& warnings);
 

@@ -37,7 +37,7 @@ struct NiftiHeader {
 // NIfTI-2. An error begins with `name`.
 Result<NiftiHeader> parse_nifti_header(const std::string& name, std::span<const std::byte> bytes);
 
-// Where the samples lie, LPS millimetres: the sform where its code is above 0, else the qform,
+// The places of the samples, LPS millimetres: the sform where its code is above 0, else the qform,
 // else spacing alone with a warning. Shear is kept as written. An sform that cannot be used (of
 // zeros, say) gives way to the qform with a warning; an error where there is none either.
 Result<Grid> nifti_grid(const std::string& name, const NiftiHeader& header, glm::uvec3 size,

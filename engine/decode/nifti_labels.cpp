@@ -28,7 +28,7 @@ Result<std::string> caret_text(const std::filesystem::path& path, Packing packin
     PALPATE_TRY(const size_t flags, source.read(std::span(head).first(4)));
     if (passed < begin || flags < 4 || head[0] == std::byte{0})
         return std::string();
-    // Of a pair they end with the file.
+    // The extensions of a pair end with the file.
     if (!header.pair && !(header.vox_offset >= 0 && header.vox_offset < 9e15))
         return std::string(); // refused with the voxels
     const uint64_t end = header.pair ? uint64_t{1} << 53 : static_cast<uint64_t>(header.vox_offset);

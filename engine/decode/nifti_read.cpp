@@ -38,7 +38,7 @@ Result<ComponentType> nifti_component_type(const std::string& name, int datatype
 Result<NiftiHeader> load_header(const fs::path& path, Packing packing) {
     PALPATE_TRY(ByteSource source, ByteSource::open(path, packing));
     std::array<std::byte, kNifti2Bytes> bytes{};
-    // Of a short packed file the error of the packing counts, of a short header its own.
+    // The packing's error counts for a short packed file, and the header's own for a short header.
     PALPATE_TRY(const size_t got, source.read(bytes));
     return parse_nifti_header(path.string(), {bytes.data(), got});
 }

@@ -7,8 +7,8 @@
 
 namespace palpate::io {
 
-// Of a file in a format that is known and not read: what it is, and what to do instead ("is GIPL,
-// which is not read; convert it ..."). Told by its extension, or by a mark in its first bytes.
+// Names a format that is known and not read: what it is, and what to do instead ("is GIPL, which is
+// not read; convert it ..."). Told by its extension, or by a mark in its first bytes.
 std::optional<std::string> why_not_read(const FileHead& head);
 
 } // namespace palpate::io

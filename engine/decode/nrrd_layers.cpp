@@ -15,7 +15,7 @@ namespace {
 constexpr uint64_t kMostLayers = 65535;
 constexpr uint64_t kLayerBlockBytes = 1 << 20;
 
-// Where one segment lies, and what it becomes.
+// The place of one segment, and what it becomes.
 struct PlacedSegment {
     uint64_t layer = 0;
     uint32_t value = 0;

@@ -255,7 +255,7 @@ Result<void> read_payload(const Payload& payload, VoxelSink& sink,
 
 namespace {
 
-// What one file of a list holds, and which files hold the chosen frame.
+// The part that one file of a list holds, and which files hold the chosen frame.
 struct Share {
     Payload part; // without its file
     size_t first = 0, count = 0;

@@ -8,7 +8,7 @@ namespace palpate::io {
 // How the voxels of a file are written down.
 enum class Encoding : uint8_t { raw, deflate, ascii };
 
-// Where the voxels of a volume lie in a file, as a header says.
+// The place of a volume's voxels in a file, as a header says.
 struct Payload {
     std::filesystem::path file;
     Encoding encoding = Encoding::raw;

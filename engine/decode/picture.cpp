@@ -67,7 +67,7 @@ Result<Io::Pointer> open(const fs::path& path, const Kind& kind) {
     return io;
 }
 
-// What ITK says, without the address of the object that says it.
+// The words of ITK, without the address of the object that says them.
 std::string reason(const itk::ExceptionObject& error) {
     std::string text = error.GetDescription();
     std::replace(text.begin(), text.end(), '\n', ' ');

@@ -16,7 +16,7 @@ namespace palpate::io {
 
 namespace {
 
-// What IHDR says about the unpacked bytes.
+// The unpacked bytes as IHDR tells of them.
 struct PngRows {
     struct Pass {
         uint64_t rows, row_bytes; // row_bytes counts the filter byte

@@ -19,8 +19,8 @@ namespace palpate::io {
 
 namespace {
 
-// What a reader may take for itself before the size of its file is known and checked. With the
-// program and its libraries this stays below 512 MiB.
+// The memory that a reader may take for itself before the size of its file is known and checked.
+// With the program and its libraries this stays below 512 MiB.
 constexpr uint64_t kHeaderBytes = 384 << 20;
 
 void limit_memory() {

@@ -119,7 +119,7 @@ Result<void> read_raw_stack(const fs::path& file, const TiffStack& stack, uint32
     return read_payload(payload, sink, warnings);
 }
 
-// What TIFF files state beside their pixels.
+// Reads what TIFF files state beside their pixels.
 Result<std::optional<TiffStack>> stack_of(const Slices& slices, const PictureHeader& first,
                                           std::vector<std::string>& warnings) {
     const fs::path& file = slices.files.front();

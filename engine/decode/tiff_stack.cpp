@@ -171,7 +171,7 @@ Result<std::optional<TiffStack>> read_tiff_stack(const std::filesystem::path& pa
     const uint64_t one = std::accumulate(sizes.begin(), sizes.end(), uint64_t{0});
     const uint64_t images = uint64_t{stack->frames()} * stack->slices;
     const bool is_raw = (packed.empty() || packed.front() == 1) && !at.empty() && one > 0;
-    // Of one page that was taken out of a stack, the tags lie where others' pixels would.
+    // The tags of one page that was taken out of a stack lie where others' pixels would.
     const uint64_t from = is_raw ? at.front() : 0, directory = file.first_directory();
     const bool has_room = is_raw && (file.bytes() - std::min(file.bytes(), from)) / one >= images &&
                           (directory < from || directory >= from + images * one);

@@ -36,9 +36,9 @@ Result<std::optional<TiffStack>> read_tiff_stack(const std::filesystem::path& pa
                                                  uint32_t found_pages,
                                                  std::vector<std::string>& warnings);
 
-// Of the parts: what a description says of `found_pages` pages. For pictures of ImageJ the number
-// of pixels in a unit along x and y, and the unit that the tags name (empty: none), stand in the
-// tags.
+// The parts of it: they read what a description says of `found_pages` pages. For pictures of ImageJ
+// the number of pixels in a unit along x and y, and the unit that the tags name (empty: none),
+// stand in the tags.
 struct ImageJResolution {
     std::optional<double> x, y;
     std::string unit;

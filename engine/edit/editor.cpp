@@ -219,7 +219,7 @@ bool Editor::begin_next() {
             }
             refuse(begun.error().message);
         }
-        // Of a stroke that was refused, or of none: passed over.
+        // An input of a refused stroke, or of none, is passed over.
         next_input();
         last_done_ = input;
         any = true;

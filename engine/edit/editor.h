@@ -65,8 +65,8 @@ struct EditorOptions {
     // written, to a full disk say, is taken back and reported in `refusal`; the next is tried
     // again. So the published state between strokes always equals the journal.
     std::optional<Journal> journal;
-    // Of a journal that is a help and no promise: where a step cannot be written, the step stays,
-    // a refusal says so once, and the journal ends with the step before.
+    // The journal is a help and no promise: if a step cannot be written, the step stays, a refusal
+    // says so once, and the journal ends with the step before.
     bool journal_may_end = false;
     // Without a thread, work happens in settle() only, and the result is a function of the inputs
     // and commands.
@@ -150,7 +150,7 @@ class Editor {
     static constexpr size_t kMostRefusals = 64;
     std::string take_refusal();
 
-    // Of an editor without a thread: does all that was pushed and commanded. A stroke under way
+    // Does all that was pushed and commanded, in an editor without a thread. A stroke under way
     // stays so.
     void settle();
 

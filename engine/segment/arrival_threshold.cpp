@@ -106,8 +106,8 @@ std::pair<size_t, size_t> range_of(const Bands& bands) {
     return {std::min(first, last), last};
 }
 
-// What lies across the front, summed over its faces. Index 0: the seeds alone; b + 1: all samples
-// up to band b.
+// Sums over the faces of a front, of the quantities across it. Index 0: the seeds alone; b + 1: all
+// samples up to band b.
 struct Fronts {
     std::vector<double> counts, faces, area_mm2, contrast, rise, step;
     Fronts() {

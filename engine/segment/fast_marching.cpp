@@ -260,7 +260,7 @@ bool March::run(const Task& task) {
     }
 }
 
-// What the front has passed at a time.
+// The samples that the front has passed at a time.
 Volume March::reached(float time) const {
     const uint8_t outside = 0;
     const BrickPtr unreached = Brick::make(std::span<const uint8_t>(&outside, 1));

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// Where a front starts, at time 0.
+// The places where a front starts, at time 0.
 struct MarchStart {
     const Volume* seeds = nullptr; // a label map on the cost's grid: the centres of its samples
     uint16_t label = 0;            // of those of this label; 0: of any

@@ -49,7 +49,7 @@ Result<Volume> refined(const Volume& volume, double sample_mm, const Task& task)
     return resample(volume, {grid, ResampledBy::cubic, 0.0}, task);
 }
 
-// Of at most some 64^3 samples, evenly spread; 0 where none has data.
+// The median of at most some 64^3 samples, evenly spread; 0 where none has data.
 double median_of(const Volume& volume) {
     const glm::uvec3 step = glm::max(volume.size() / 64u, 1u);
     std::vector<float> values;
@@ -65,7 +65,7 @@ double median_of(const Volume& volume) {
     return double{*middle};
 }
 
-// Where `strength`, the length of the gradient of `smooth`, is largest along that gradient.
+// Finds the place where `strength`, the length of the gradient of `smooth`, is largest along it.
 class EdgeFinder {
  public:
     EdgeFinder(const Volume& smooth, const Volume& strength, float least)

@@ -13,7 +13,7 @@ namespace palpate {
 
 namespace {
 
-// What takes the samples of a slice between, x fastest of the two axes left.
+// The labels that take the samples of a slice between, x fastest of the two axes left.
 struct Between {
     std::vector<float> lowest; // of the blends that are negative
     std::vector<uint16_t> label;
@@ -79,7 +79,7 @@ class BetweenSlices {
     Result<std::vector<float>> distances(uint32_t k, uint16_t label, const Task& task) const {
         const Grid grid{plane_, labels_.grid().world_from_index};
         const std::vector<uint16_t> samples = slice(k);
-        // Of a slice full of the label the border is nowhere near.
+        // The border is nowhere near in a slice full of the label.
         const double most = glm::length(glm::dvec3(plane_) * spacing_mm(grid));
         PALPATE_TRY(const Volume away,
                     signed_distance(make_volume<uint16_t>(grid, samples),

@@ -15,7 +15,7 @@ const char* const kElements = "6|18|26|ball";
 const char* const kNeighbours = "6|18|26";
 const char* const kRuns = "16 bytes a run of equal labels along x";
 
-// Of a word of kElements or kNeighbours.
+// Reads a word of kElements or kNeighbours.
 Neighbours neighbours_of(double word) {
     return std::array{Neighbours::faces, Neighbours::edges, Neighbours::corners}[size_t(word)];
 }

@@ -28,7 +28,7 @@ struct LevelSetStart {
     const Volume* distance = nullptr; // or where this signed distance in mm is below 0
 };
 
-// Of one size. Samples where one of them has no data are never entered. Packed floats are u16
+// All have one size. Samples where one of them has no data are never entered. Packed floats are u16
 // (packed_floats.h): vector_flow() makes such.
 struct LevelSetForces {
     const Volume* speed = nullptr;     // P, f32; null: 1

@@ -12,9 +12,9 @@ namespace palpate {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-// Of the least distance between a sample and the plane through its neighbours: a sample beyond the
-// active layer stays on its side if its neighbours, at 0 or farther from the surface before, come
-// by less. The rest is room for the correction, at most a quarter of a sample.
+// The longest step, as a share of a sample's least distance from the plane through its neighbours:
+// a sample beyond the active layer stays on its side if its neighbours, at 0 or farther from the
+// surface before, come by less. The rest is room for the correction, at most a quarter of a sample.
 constexpr double kStep = 0.6;
 
 template <class Work>
@@ -246,7 +246,7 @@ double LevelSetBand::move(const std::vector<std::vector<float>>& rates, double s
             }
         });
     });
-    // Of those that are beside the surface still.
+    // Only samples that are beside the surface still are summed.
     std::vector<double> squares(near_.size());
     const glm::vec3 h(spacing_mm(grid_));
     for_bricks(near_, [&](size_t n, size_t i) {

@@ -52,7 +52,7 @@ class LevelSetBand {
 
     // The bricks with samples in a layer, ascending.
     const std::vector<size_t>& near_bricks() const { return near_; }
-    // Of such a brick.
+    // The active samples of such a brick.
     const Bits& active(size_t brick) const { return (*bricks_[brick].within)[0]; }
     size_t active_count() const;
 
@@ -74,7 +74,7 @@ class LevelSetBand {
 
     // The distances in mm of the samples of layers; NaN elsewhere.
     const BrickArray<float>& distances() const { return phi_; }
-    // What those of layers changed by in the last move.
+    // The changes of the samples of layers in the last move.
     const BrickArray<float>& changes() const { return change_; }
 
  private:

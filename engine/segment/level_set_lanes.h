@@ -68,7 +68,7 @@ PALPATE_INLINE Eight upwind_bend(Eight own, Eight beside, float h) {
     return no_own ? b : no_beside ? a : a + share * (b - a);
 }
 
-// Where eight samples and those around them lie in memory. Rows: that of the samples; y - 1, y + 1,
+// The memory of eight samples and those around them. Rows: that of the samples; y - 1, y + 1,
 // z - 1, z + 1 (these may be read from two before the first sample to two after the last); y - 2,
 // y + 2, z - 2, z + 2; then those beside on both axes: (y, z) - (1, 1), + (1, -1), + (-1, 1),
 // + (1, 1).

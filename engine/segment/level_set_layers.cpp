@@ -120,7 +120,7 @@ PALPATE_INLINE void solve_part(const Metric& m, const Around& phi, const Around&
         nearer.other[i] = nearer.distance[i] < none ? (is_low ? low_moved : high_moved) : Eight{};
     }
     solve<kUpright>(m, nearer, u, change);
-    // Of this layer and later ones: as they will be.
+    // Samples of this layer and later ones count as they will be.
     const auto value = [&](int axis, int to) __attribute__((always_inline))->Eight {
         const Eight at = phi.along(axis, to), by = moved.along(axis, to);
         return sign * (is_none(by) ? at + change : at);

@@ -112,8 +112,8 @@ PALPATE_INLINE Eight bent(const LevelSetRates::Factors& f, const Around& phi, Ei
     return most(least(found, limit), -limit);
 }
 
-// Of each axis the difference that information comes from, the larger where both do (Godunov): the
-// length of that gradient.
+// The length of the gradient of differences that information comes from, on each axis the larger
+// where both sides do (Godunov).
 PALPATE_INLINE Eight slope(const LevelSetRates::Factors& f, Eight sign,
                            const std::array<Differences, 3>& d) {
     const Eight zero{};

@@ -19,7 +19,7 @@ class LevelSetRates {
     // In mm per time, in the order of the bits.
     Bounds of(const LevelSetBand& band, size_t brick, std::vector<float>& rates) const;
 
-    // What the equation needs of the options and the grid.
+    // The part of the options and the grid that the equation needs.
     struct Factors {
         float propagation, curvature, advection, flow;
         glm::vec3 spacing;

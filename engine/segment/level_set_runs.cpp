@@ -18,7 +18,7 @@ namespace {
 // the smallest spacing. The surface goes no farther than that.
 constexpr double kLastCurvature = 0.05, kLastWay = 4.0;
 
-// What was found from the data, for people and as values of parameters.
+// Findings from the data, for people and as values of parameters.
 struct Found {
     std::string note;
     ParameterValues values{};
@@ -117,7 +117,7 @@ Result<Segmented> run_level(
                 last.propagation = 1.0;
                 last.advection_mm = 0.0;
             }
-            // Of a volume that is all object there is no surface to go on with.
+            // A volume that is all object has no surface to go on with.
             if (Result<LevelSetResult> moved_on =
                     level_set({.distance = &*moved.distance}, last_given, last, part)) {
                 moved = std::move(*moved_on);

@@ -291,7 +291,7 @@ size_t LiveWire::step_before(size_t at) const {
     size_t before = at;
     const uint32_t* left = from_anchor_.left.get();
     for_each_neighbour(at, [&](size_t from, const Step& by) {
-        // What is not settled yet costs more than what is, so it is no way here.
+        // A neighbour that is not settled yet costs more than one that is, so it is no way here.
         if (before == at && left[from] > left[at] &&
             left[from] - left[at] == step_cost(by, at, from))
             before = from;

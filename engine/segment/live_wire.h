@@ -59,7 +59,7 @@ class LiveWire {
     // From the anchor to `to`, both included. Of several paths of least cost, the one whose steps
     // back from `to` come first in the order of the neighbours' memory.
     std::vector<glm::uvec3> path(glm::uvec3 to);
-    // What the path to a sample costs, in units of a step's cost; after path(to).
+    // The cost of the path to a sample, in units of a step's cost; after path(to).
     uint32_t cost_of(glm::uvec3 to) const;
 
     struct Step {
@@ -76,13 +76,13 @@ class LiveWire {
     uint32_t step_cost(const Step& step, size_t from, size_t to) const {
         return step.length * (uint32_t{region_.cost[from]} + region_.cost[to]);
     }
-    // What is known of one end's costs.
+    // The known costs from one end.
     struct Front {
         std::vector<std::vector<uint32_t>> buckets; // a ring
         uint64_t bucket = 0;                        // whose turn it is; those before are final
         size_t waiting = 0;                         // entries in the ring
-        // What the cost from the end leaves of the largest number: 0 where none is known. A box of
-        // zeros takes no memory until it is written.
+        // The largest number less the cost from the end: 0 where none is known. A box of zeros
+        // takes no memory until it is written.
         std::unique_ptr<uint32_t[], void (*)(void*)> left{nullptr, std::free};
 
         size_t next() const { return buckets[bucket % buckets.size()].size(); }

@@ -57,7 +57,7 @@ std::vector<glm::ivec3> neighbour_steps() {
 }
 constexpr size_t kFaces = 6;
 
-// What is known of a sample.
+// Facts known of a sample.
 enum : uint8_t { kInner = 1, kOuter = 2, kSurface = 4, kMet = 8 };
 
 // A body in the box of its samples, one sample wider to each side: also beyond the volume.

@@ -15,8 +15,8 @@ constexpr float kHorizon = 16.0f; // windows
 // Times are sums of some hundred rounded ones: a smaller rise is not told on.
 constexpr float kLeastRise = 0x1p-22f; // as a part of the time
 
-// Where a sample's time went from `before` to `time`, those later than this may depend on it; one
-// of cost 0 has its neighbour's time.
+// Times later than this may depend on a sample whose time went from `before` to `time`; one of cost
+// 0 has its neighbour's time.
 float first_to_ask(float before, float time) {
     return time > before ? std::nextafter(before, 0.0f) : time;
 }
@@ -84,7 +84,7 @@ void MarchTile::touch(int at, glm::ivec3 local, float before) {
 }
 
 void MarchTile::take_in() {
-    // What lies in the margin next to the brick has one neighbour in it.
+    // A sample in the margin next to the brick has one neighbour in it.
     const int inward[] = {1, -1, kSide, -kSide, kPlane, -kPlane};
     for (size_t face = 0; face < inbox.size(); ++face) {
         for (const Told& told : inbox[face]) {

@@ -55,7 +55,7 @@ class MarchTile {
     Faces inbox, outbox;
     float earliest_waiting() const { return std::min(near_time_, far_time_); }
 
-    // Of the samples that became known in the last run(): how many, and the sum of 1 / cost.
+    // Sums over the samples that became known in the last run(): their number, and 1 / cost.
     uint64_t known() const { return known_; }
     double inverse_cost() const { return inverse_cost_; }
 

@@ -9,7 +9,7 @@
 #include "engine/segment/map_values.h"
 #include "engine/segment/methods.h"
 
-// What the runs of several methods share.
+// Parts that the runs of several methods share.
 namespace palpate {
 
 inline bool is_set(const ParameterValues& values, std::string_view name) {

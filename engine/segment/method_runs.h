@@ -2,7 +2,7 @@
 
 #include "engine/segment/methods.h"
 
-// What the rows of the table of methods run: one function a method, from values that are within
+// The functions behind the table of methods: one function a method, from values that are within
 // their ranges, NaN where they are to be found from the data. Those that take seeds have some.
 namespace palpate {
 

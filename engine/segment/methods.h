@@ -55,7 +55,7 @@ struct Segmented {
     std::optional<Volume> owner{};
     // Their labels have no sample. With SegmentInput::keeps_unbounded alone; else it is an error.
     std::vector<Unbounded> unbounded{};
-    // What it worked with, of parameters that may be found from the data; of the first object.
+    // The values of parameters that may be found from the data; those of the first object.
     ParameterValues found{};
 };
 

@@ -57,7 +57,7 @@ float linear_at(const Source& source, glm::dvec3 q) {
     return float(between(in_plane(v), in_plane(v + plane), f.z));
 }
 
-// Of those of the eight samples that have data.
+// Interpolates between those of the eight samples that have data.
 float linear_where_known(const Source& source, glm::dvec3 q) {
     const glm::ivec3 low(q);
     const glm::dvec3 f = q - glm::dvec3(low);

@@ -17,7 +17,7 @@ struct LabelRun {
 // The runs of a label map, row by row, and which of them are connected.
 class LabelRuns {
  public:
-    // What is told apart: equal numbers are joined, 0 is in no run.
+    // The kinds that are told apart: equal numbers are joined, 0 is in no run.
     using Kind = std::function<uint16_t(uint16_t label)>;
 
     // False where it was stopped: then nothing is known.
@@ -26,7 +26,7 @@ class LabelRuns {
     const std::vector<LabelRun>& runs() const { return runs_; }
     // The runs of row (y, z): from the first number up to the second, not included.
     std::pair<uint32_t, uint32_t> row(uint32_t y, uint32_t z) const;
-    // Of each run the first run of its component.
+    // For each run the first run of its component.
     const std::vector<uint32_t>& roots() const { return roots_; }
     glm::uvec3 first_sample(uint32_t run) const;
 

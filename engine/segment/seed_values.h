@@ -18,7 +18,7 @@ struct SeedValues {
     double sd = 0.0; // of the samples, divided by count
 };
 
-// Of every label that seeds a sample with data, in ascending order. One size.
+// The values of every label that seeds a sample with data, in ascending order. One size.
 //
 // balls: where the seeds come from, if known. A ball that reaches over an edge has values of two
 // kinds; those that its central sample is not of do not count. Two kinds: the split in two that

@@ -31,7 +31,7 @@ struct WireCurve {
     std::vector<glm::dvec3> points_mm;
 };
 
-// What a file of seeds holds:
+// The contents of a file of seeds:
 //     {"seeds": 1, "units": "mm", "background": 2,
 //      "balls": [{"label": 1, "center_mm": [x, y, z], "radius_mm": 8}, ..],
 //      "points": [{"label": 2, "at_mm": [x, y, z]}, ..],

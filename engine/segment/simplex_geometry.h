@@ -6,10 +6,10 @@
 
 namespace palpate {
 
-// What the three neighbours a, b, c of a vertex tell of its place. Of double for single vertices,
-// of float for many at once: without branches, so that loops over it become vector instructions.
-// Places are relative to the vertex. Where the neighbours lie on a line, `flat` is 1 and only
-// `edge` and `middle` mean anything; lengths must not be 0 all three.
+// Tells a vertex's place by its three neighbours a, b, c. T is double for single vertices, float
+// for many at once: without branches, so that loops over it become vector instructions. Places are
+// relative to the vertex. Where the neighbours lie on a line, `flat` is 1 and only `edge` and
+// `middle` mean anything; lengths must not be 0 all three.
 template <class T>
 struct SimplexPlaces {
     T edge;                         // mean distance to the neighbours; other lengths are in it
@@ -54,7 +54,7 @@ inline SimplexPlaces<T> simplex_places(T ax, T ay, T az, T bx, T by, T bz, T cx,
     return out;
 }
 
-// Of the sphere through the neighbours' circle and the vertex, per edge; 0 where these are flat.
+// Curvature of the sphere through the neighbours' circle and the vertex, per edge; 0 where flat.
 template <class T>
 inline T simplex_curvature(T height, T radius, T aside, T flat) {
     const T rest = aside * aside + height * height - radius * radius;

@@ -47,8 +47,8 @@ glm::dvec3 normal_at(const SimplexMesh& mesh, size_t vertex);
 // where the surface is convex. sin(simplex angle) = curvature * radius of the neighbours' circle.
 double curvature_at(const SimplexMesh& mesh, size_t vertex);
 
-// What pulls vertices, in mm: where each would go by itself. Writes a pull for each place; called
-// with some vertices at a time, from all threads.
+// A force pulls vertices, in mm: where each would go by itself. Writes a pull for each place;
+// called with some vertices at a time, from all threads.
 struct SimplexPlace {
     glm::dvec3 position_mm, normal;
 };

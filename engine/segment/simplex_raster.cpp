@@ -40,7 +40,7 @@ class Crossings {
         const glm::dvec3 p = points_[std::min(a, b)], q = points_[std::max(a, b)];
         return sign * ((q.y - p.y) * (z - p.z) - (q.z - p.z) * (y - p.y));
     }
-    // Of a line on an edge: it belongs to one of the two triangles there.
+    // Owns a line on an edge: it belongs to one of the two triangles there.
     bool owns(uint32_t a, uint32_t b) const {
         const glm::dvec3 along = points_[b] - points_[a];
         return along.y > 0.0 || (along.y == 0.0 && along.z > 0.0);

@@ -30,7 +30,7 @@ std::vector<glm::uvec3> deep_samples(const Volume& distance, double depth_mm) {
     return found;
 }
 
-// Of some drawn places the farthest from all centres so far.
+// The drawn place that is farthest from all centres so far.
 glm::dvec3 next_place(const Grid& grid, const std::vector<glm::uvec3>& deep,
                       const std::vector<glm::dvec3>& before, Draw& draw) {
     glm::dvec3 best{};

@@ -79,8 +79,8 @@ struct Smoother {
     std::array<Kernel, 3> kernel;
     std::map<uint16_t, float> lift{}; // added to a label's indicator; 0 where none is given
 
-    // Of the brick's valid samples, x fastest: the label with the largest indicator, and the
-    // second.
+    // The labels with the largest indicator, and the second, of the brick's valid samples, x
+    // fastest.
     struct Votes {
         glm::uvec3 valid;
         std::optional<uint16_t> all; // of every sample; then the rest is empty
@@ -192,8 +192,8 @@ Result<Survey> survey_of(const Smoother& smoother, const Task& task) {
     return sum;
 }
 
-// What each label's lift must grow by so that all keep their numbers of samples, as far as the two
-// labels with the largest indicators decide. One after the other, until none changes.
+// The growth that each label's lift needs so that all keep their numbers of samples, as far as the
+// two labels with the largest indicators decide. One after the other, until none changes.
 std::map<uint16_t, double> growth_of_lifts(const Survey& survey,
                                            const std::map<uint16_t, float>& lift) {
     std::map<std::pair<uint16_t, uint16_t>, std::vector<uint64_t>> below = survey.margins;

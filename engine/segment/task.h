@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// What every filter and method of this library takes beside its input: how it says how far it is,
-// and how it is told to end. Work that was stopped returns stopped(), and never a part of a result.
+// Every filter and method of this library takes it beside its input: how it says how far it is, and
+// how it is told to end. Work that was stopped returns stopped(), and never a part of a result.
 struct Task {
     std::stop_token stop;
     // Share of the work that is done, 0 .. 1, ascending; called from one thread at a time, of any

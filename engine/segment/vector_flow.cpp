@@ -117,7 +117,7 @@ Result<BrickArray<float>> read(const Volume& edges, Result<BrickMaker> maker, co
     return array;
 }
 
-// What the flow of a component that begins as u comes to.
+// Solves for the flow of a component that begins as u.
 Result<BrickArray<float>> solved(Multigrid& grids, BrickArray<float> u, const VectorFlowOptions& o,
                                  const Task& task, VectorFlowReport* report) {
     BrickArray<float> right = grids.weighted(u);

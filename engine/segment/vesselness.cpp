@@ -69,7 +69,7 @@ struct Scales {
         return Brick::make(std::span<const float>(made), valid);
     }
 
-    // Of |H| over the volume.
+    // The largest |H| over the volume.
     Result<double> largest_norm(const Task& task) const {
         const Volume& volume = all[0].volume();
         const glm::uvec3 count = volume.brick_count();

@@ -105,7 +105,7 @@ Result<Curve> evened(const Grid& grid, const WireCurve& curve, size_t number) {
     return out;
 }
 
-// Where two curves cross.
+// The place where two curves cross.
 struct CurveCrossing {
     std::array<size_t, 2> curve, place; // of each, the curve in the list and the point on it
     glm::dvec3 normal;                  // of either sign

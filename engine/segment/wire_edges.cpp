@@ -103,7 +103,7 @@ Stretch stretch_of(const std::vector<glm::dvec3>& points, size_t i) {
     return out;
 }
 
-// What a wire of samples tells of a stretch: as many places, evenly along it, each moved across the
+// Reads a stretch from a wire of samples: as many places, evenly along it, each moved across the
 // edge to where the wire is and then onto the edge, or onto one that is as clear beside the
 // stretch. The wire knows no more than half a sample, as a sharp edge lies anywhere between two;
 // from there to one and a half its say grows. Along the edge's surface it wanders from one cheap
