@@ -101,7 +101,7 @@ TEST(ClipTool, AHandleInTheVolumeStaysUnderThePointer) {
     set_crop_box(hand.state, subject.grid);
     for (const ClipHandle& handle : clip_handles(hand.state, subject.grid, Panel::volume)) {
         const ClipPlane before = hand.state.clipping.planes[handle.plane];
-        // Where the handle would be 5 mm further in.
+        // The goal is the place of the handle 5 mm further in.
         const glm::dvec3 goal = handle.at_mm + 5.0 * before.normal;
         const glm::dvec2 to = pixel_of(hand.state, subject.grid, Panel::volume, goal).value();
         hand.drag(handle.at_px, to, Button::left);

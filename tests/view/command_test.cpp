@@ -131,7 +131,7 @@ TEST_F(ViewCommand, TheSampleScriptOfTheDocsPutsTheCrosshairIntoTheHead) {
     EXPECT_GT(eye[2], target[2]);
 }
 
-// Where the window heeds one of them, it leaves this list and that of view/command.cpp.
+// An option that the window comes to heed leaves this list and that of view/command.cpp.
 TEST_F(ViewCommand, OptionsWithoutEffectAreSaid) {
     const std::vector<std::vector<std::string>> idle{{"--slab", "3"},
                                                      {"--slab-mode", "maximum"},

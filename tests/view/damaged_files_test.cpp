@@ -53,7 +53,7 @@ class DamagedFiles : public ProgramTest {
         return json_text(*json);
     }
 
-    // What stands at a path where a file is expected.
+    // Puts another thing at a path where a file is expected.
     void put_something_else(const fs::path& path) {
         fs::remove_all(path);
         switch (below(6)) {

@@ -1,5 +1,5 @@
-// What a button of the hand does beside carving, by a hand on a path; and what confines tools on
-// labels.
+// Tests of what a button of the hand does beside carving, by a hand on a path; and of limits that
+// confine tools on labels.
 
 #include <algorithm>
 

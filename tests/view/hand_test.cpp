@@ -185,7 +185,7 @@ TEST_F(HandTest, ThePushedToolStaysOutAndTheForceDrawsTheHandBack) {
     EXPECT_GT(glm::length(before->force_n), 0.3);
 }
 
-// Where the camera's geometry puts it: a perspective picture written out.
+// The expected place is by the camera's geometry: a perspective picture written out.
 TEST_F(HandTest, TheForceArrowBeginsAtTheProxysPixelAndIsAsLongAsTheForce) {
     open("synthetic:ball?size=24");
     start_mouse();
@@ -239,7 +239,7 @@ TEST_F(HandTest, TheButtonsOfTheHandCarveWithTheirTools) {
     EXPECT_EQ(viewer().work().edited().undo_steps, 1u);
     const uint64_t cut = hash(Work::kGrey);
     EXPECT_NE(cut, begin);
-    // Where it was: on the surface under the pointer.
+    // The tool is where it was: on the surface under the pointer.
     const glm::dvec3 at = now().proxy.position_mm;
     EXPECT_NEAR(glm::length(at), kRadius_mm, 6.0); // cut by 3 mm, and alpha sees into the edge
     key("b");                                      // labels, in a slice
@@ -399,7 +399,7 @@ TEST_F(HandTest, EveryOfferedAlgorithmAndDeviceRuns) {
         }
 }
 
-// What was recorded of one hand does to another document of the kind what the hand did.
+// A recording of one hand does to another document of the kind what the hand did.
 TEST_F(HandTest, ARecordingDrillsAndItsEndStopsTheDevice) {
     std::vector<haptics::DeviceRecord> records;
     for (int i = 0; i < 100; ++i) {

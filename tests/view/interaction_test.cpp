@@ -1,4 +1,4 @@
-// What the mouse and the keys do.
+// Tests of what the mouse and the keys do.
 
 #include <gtest/gtest.h>
 
@@ -145,7 +145,7 @@ TEST(Interaction, ControlRollsAndShiftPansTheVolume) {
     // From the right of the middle to below it: a quarter, clockwise.
     hand.drag(middle + glm::dvec2(40, 0), middle + glm::dvec2(0, 40), Button::left, {.ctrl = true});
     const View after_roll = make_view(hand.state.camera, glm::uvec2(1));
-    // What was to the right is now below.
+    // The right side of before is now below.
     EXPECT_LT(glm::distance(after_roll.up, -before.right), 1e-9);
     hand.state.camera = subject.home.camera;
     const glm::dvec3 target = subject.home.camera.target_mm;

@@ -97,7 +97,7 @@ class Exports : public TemporaryFolder {
     Work work_{Source{open_synthetic("synthetic:ball?size=24")}, {800, 600}, 1.0, true};
     ViewState state_ = work_.subject().home;
 
-    // What the person is told at the end.
+    // The last message to the person.
     std::string write_out(Order::Kind kind, const std::string& name) {
         work_.obey({kind, {}, 1.0, file(name).string()}, state_);
         std::string told = work_.take_message();

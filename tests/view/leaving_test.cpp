@@ -1,4 +1,4 @@
-// What a person is asked before edits are lost: after saves that fail, and of a mesh that was
+// A person is asked before edits are lost: after saves that fail, and of a mesh that was
 // pulled.
 
 #include <sys/resource.h>
@@ -28,7 +28,7 @@ class Leaving : public TemporaryFolder {
         state_.measuring.measures.push_back(ruler);
         work_.watch(state_);
     }
-    // What the person is told.
+    // The message to the person.
     std::string save(const std::filesystem::path& folder) {
         work_.save(state_, folder.string());
         EXPECT_TRUE(work_.leaving_loses_edits()); // until it has ended
@@ -217,7 +217,7 @@ TEST_F(Leaving, AFolderThatIsThereIsNotOffered) {
     EXPECT_EQ(next.parent_path(), offered.parent_path());
 }
 
-// What was told of a document is gone with it: a person does not take it to be about the next one.
+// A document's messages are gone with it: a person does not take them to be about the next one.
 TEST_F(SaveAndOpen, NothingNamesTheOldProjectOnceTheNextFileIsShown) {
     viewer_.work().save(viewer_.state(), file("first.palpate").string());
     frames_until([&] { return !viewer_.interface().message().empty(); });

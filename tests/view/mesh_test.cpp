@@ -36,7 +36,7 @@ TEST(PulledMesh, IsMetByRaysAndCutByPlanes) {
     EXPECT_NEAR(around_mm, 2.0 * 3.14159265 * 16.0, 0.5); // a closed curve
 }
 
-// What is held goes where it is pulled, what is far from it stays, and it can be taken back.
+// Held faces go where they are pulled, those far away stay, and the pull can be taken back.
 TEST(PulledMesh, FacesFollowThePull) {
     PulledMesh mesh = ball();
     const std::vector<glm::dvec3> before = mesh.mesh().positions;
@@ -78,7 +78,7 @@ class MeshPulling : public ViewerTest {
         EXPECT_EQ(state().tool, &kPullTool);
     }
     uint64_t labels() { return content_hash(*volume(Work::kLabels)); }
-    // Where the mesh is farthest to the right in the axial slice.
+    // The mesh's farthest place to the right in the axial slice.
     glm::dvec2 right_edge() {
         const glm::dvec3 right = state().slices[0].right;
         glm::dvec3 best = state().crosshair_mm;

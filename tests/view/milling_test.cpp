@@ -1,4 +1,4 @@
-// What a person sees and hears of milling in the window.
+// Tests of what a person sees and hears of milling in the window.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,7 @@ TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
     EXPECT_FALSE(viewer().work().touch().running()) << "the path is over";
     EXPECT_TRUE(dust().grains().empty()) << "dust settles";
     EXPECT_EQ(haptics::milling_level(milling()), 0.0);
-    // Of the document itself, by another way: all that is not solid any more.
+    // The document itself tells the same by another way: all that is not solid any more.
     const Volume after = *volume(Work::kGrey);
     size_t gone = 0;
     for (uint32_t z = 0; z < grid().size.z; ++z)

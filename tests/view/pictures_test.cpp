@@ -237,7 +237,7 @@ TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
     }
 }
 
-// What only slices show does not let the volume be drawn anew.
+// The volume is not drawn anew for settings that only slices show.
 TEST_F(PicturesTest, TheVolumeIsNotDrawnForTheWindowOfSlices) {
     const auto scene = [&](Panel panel) {
         return scene_of(state_, work_.subject().grid, panel, work_.session().scene(), true);

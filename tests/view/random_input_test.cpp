@@ -174,7 +174,7 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
         done_ += done;
     }
 
-    // What is shown, at full quality.
+    // Draws all that is shown, at full quality.
     void draw() {
         const Result<void> drawn = viewer().draw_pictures();
         ASSERT_TRUE(drawn) << drawn.error().message;
@@ -205,7 +205,7 @@ TEST_P(RandomInput, EndsWithEverythingInItsRange) {
     EXPECT_GE(done_, events);
 }
 
-// What is recorded gives the same document, views and panels again.
+// A recording gives the same document, views and panels again.
 using RandomRecording = RandomInput;
 TEST_P(RandomRecording, EndsTheSameWhenItIsReplayed) {
     meet(GetParam(), 600, false);

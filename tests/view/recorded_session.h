@@ -27,7 +27,7 @@ struct RecordedSteps {
     const char* expected; // a part of the state, JSON; numbers within 1e-6
 };
 
-// What is left out in `expected` may be anything.
+// Members that `expected` leaves out may be anything.
 inline void expect_part(const nlohmann::json& is, const nlohmann::json& expected,
                         const std::string& where) {
     if (expected.is_object()) {

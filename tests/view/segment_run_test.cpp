@@ -13,7 +13,7 @@
 namespace palpate::view {
 namespace {
 
-// Of two objects the one that met its boundary is there; the bound is for the other one alone.
+// There are two objects: the one that met its boundary is there; the bound is for the other alone.
 TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
     const Grid grid = make_grid({64, 32, 32}, {1, 1, 1});
     const auto at = [](glm::uvec3 i) { return glm::dvec3(i); };
@@ -63,7 +63,7 @@ TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
     EXPECT_TRUE(SegmentRun(again, false).take().value().value().labels.is_same_as(all.labels));
 }
 
-// Of several objects the one in the hand is bounded anew.
+// The object in the hand is bounded anew, of several.
 TEST(SegmentRun, BoundsTheLabelInTheHand) {
     const Grid grid = make_grid({48, 24, 24}, {1, 1, 1});
     const auto ball = [&](double x, double radius) {

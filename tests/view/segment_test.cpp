@@ -79,7 +79,7 @@ class Segmentation : public ViewerTest {
     std::optional<Document> document_;
 };
 
-// What comes out is what the library gives for the same seeds; one undo takes it back to the byte.
+// The result is what the library gives for the same seeds; one undo takes it back to the byte.
 TEST_F(Segmentation, PutsTheMethodsResultIntoTheLabelsAsOneStep) {
     paint_seeds();
     ASSERT_GT(count_of(Work::kSeeds, 1.0f), 1u);
@@ -159,7 +159,7 @@ TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     const auto given = state().segmenting.given.find("fast-marching"); // the next run finds its own
     EXPECT_TRUE(given == state().segmenting.given.end() || given->second.empty());
     EXPECT_EQ(steps(), steps_before + 1);
-    // What the method gives with that threshold.
+    // The method gives this with that threshold.
     const auto expected =
         segment(*find_segment_method("fast-marching"),
                 {volume(Work::kGrey), volume(Work::kSeeds), {}, 0}, {{"threshold", at}}, {});
@@ -230,7 +230,7 @@ TEST_F(SegmentBound, OfAMethodWithoutAThreshold) {
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), before);
 }
 
-// Where the values are alike, a front meets no boundary: nothing is lost, and the bound is offered.
+// A front among equal values meets no boundary: nothing is lost, and the bound is offered.
 TEST_F(SegmentBound, IsOfferedWhereAFrontMeetsNoBoundary) {
     Source source{open_synthetic("synthetic:phantom?size=24")};
     source.scene.loaded.data.volume = make_volume(source.scene.loaded.data.volume.grid(),

@@ -1,4 +1,4 @@
-// Where slices lie on the screen and in the patient.
+// Tests of the places of slices on the screen and in the patient.
 
 #include <gtest/gtest.h>
 

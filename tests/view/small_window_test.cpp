@@ -43,7 +43,7 @@ class SmallWindow : public ViewerTest {
             }
         }
     }
-    // Of all sizes: which view it is, where its slice lies, and the sides of the patient.
+    // Expected in every size: which view it is, where its slice lies, and the sides of the patient.
     void expect_what_matters() {
         for (const auto& [panel, place, sides] :
              {std::tuple(Panel::axial, "S ", "RLAP"), std::tuple(Panel::coronal, "P ", "RLSI"),

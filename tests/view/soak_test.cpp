@@ -260,8 +260,8 @@ TEST_F(Soak, AProjectOpensWithEveryFinishedStrokeWheneverItIsKilled) {
         std::vector<Steps> seen;
         for (Steps one; ::read(told[0], &one, sizeof one) == ssize_t{sizeof one};)
             seen.push_back(one);
-        // What was seen is a part of what the project leads through, in its order.
-        // Nothing is saved meanwhile: one journal has all of it.
+        // The states seen are a part of those that the project leads through, in its order. Nothing
+        // is saved meanwhile: one journal has all of it.
         const auto kept = Journal::peek(std::filesystem::path(folder) / "journal-1");
         ASSERT_TRUE(kept) << kept.error().message;
         EXPECT_FALSE(kept->damage);

@@ -20,8 +20,8 @@ struct Seen {
     glm::dvec3 middle, right, up, eye; // of the screen: its axes of unit length
     glm::dvec2 size_mm;
 
-    // Where the line from the eye to a point goes through the screen: shares of width and height
-    // from its upper left corner.
+    // The place where the line from the eye to a point goes through the screen: shares of width and
+    // height from its upper left corner.
     glm::dvec2 at(glm::dvec3 point) const {
         const glm::dvec3 normal = glm::cross(right, up);
         const double t = glm::dot(middle - eye, normal) / glm::dot(point - eye, normal);
@@ -30,7 +30,7 @@ struct Seen {
     }
 };
 
-// What an eye (-1 or 1) sees of a camera: a window at the distance of convergence.
+// The window through which an eye (-1 or 1) of a camera sees, at the distance of convergence.
 Seen window_of(const Camera& camera, const StereoView& stereo, glm::dvec2 view_px, double side) {
     const glm::dvec3 forward = glm::normalize(camera.target_mm - camera.eye_mm);
     const glm::dvec3 right = glm::normalize(glm::cross(forward, camera.up));
@@ -57,7 +57,7 @@ Seen screen_of(const Camera& camera, const DisplayProfile& profile, double side)
             scale * profile.screen_mm};
 }
 
-// Where the view's pixels show an eye, and which of its pixels: by the layout's name.
+// The eye that a pixel of the view shows, and which of the eye's pixels: by the layout's name.
 struct Part {
     int eye;
     glm::dvec2 at; // shares of the eye's picture

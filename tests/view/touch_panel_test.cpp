@@ -46,7 +46,7 @@ TEST_F(TouchPanel, ThePanelOfTouchCoversNeitherToolsNorViews) {
         EXPECT_FALSE(covers(places.status));
         for (const Places::View& view : places.views)
             EXPECT_FALSE(covers(view.box));
-        // What is drawn begins there: the first of its widgets, and none of the tools'. Panels cut
+        // The drawing begins there: the first of its widgets, and none of the tools'. Panels cut
         // off what does not fit.
         const auto corner = [&](const char* widget) {
             return Box{viewer().interface().widgets().at(widget).low_px, {1, 1}};

@@ -1,5 +1,5 @@
-// Of a new frame only the tiles that differ are drawn, and of these only those that a target lacks
-// are copied there.
+// Only those tiles of a new frame are drawn that differ, and of these only those that a target
+// lacks are copied there.
 
 #include <imgui/imgui.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 class UiDrawingTest : public ViewerTest {
  protected:
-    // What is on the window, drawn upon the frame before, and all of it drawn anew. `before` and
+    // Expects a frame that is drawn upon the one before to equal all of it drawn anew. `before` and
     // `older` show the last frame and the one before it, or what they showed in another size.
     void expect_the_same(const char* what) {
         ASSERT_TRUE(viewer().draw_pictures()) << what;

@@ -205,7 +205,7 @@ TEST_F(ViewerTest, ACtThatIsStoredWithAnOffsetIsTold) {
     EXPECT_TRUE(viewer().interface().widgets().count("file/zero_hu"));
 }
 
-// Where no file says what the values are, and they run from air to bone at least.
+// The values here run from air to bone at least, and no file says what they are.
 TEST_F(ViewerTest, WindowsOfACtAreOfferedWhereValuesMayBeHu) {
     const auto names_of = [&](double low, double high, const char* modality) {
         Source source{open_synthetic("synthetic:ball?size=24")};
@@ -330,7 +330,7 @@ TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
     EXPECT_EQ(work.new_folder(true), (std::filesystem::current_path() / "work.palpate").string());
 }
 
-// Of the line at the bottom: none is cut, nor covers what stands at the right.
+// Lines at the bottom: none is cut, nor covers what stands at the right.
 TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
     const auto overlap = [](const Box& a, const Box& b) {
         return glm::all(glm::lessThan(a.low_px, b.low_px + b.size_px)) &&
@@ -369,7 +369,7 @@ TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
     EXPECT_EQ(viewer().interface().message(), "");
 }
 
-// What is below the list of labels comes nearer, so that it need not be scrolled to.
+// Panels below the list of labels come nearer, so that they need not be scrolled to.
 TEST_F(ViewerTest, TheListOfLabelsIsAsHighAsItsRows) {
     open("synthetic:phantom?size=24", {1280, 800});
     key("b");

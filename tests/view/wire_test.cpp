@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-// Of a closed contour along an axis: inside is what a flood from outside does not reach.
+// The inside of a closed contour along an axis is what a flood from outside does not reach.
 TEST(WireFill, IsWhatAFloodFromOutsideDoesNotReach) {
     std::mt19937 random(3);
     constexpr int kSide = 24;
