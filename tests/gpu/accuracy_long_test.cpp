@@ -1,4 +1,4 @@
-// What `--error` grants is kept, on a thousand scenes drawn by chance.
+// The bound of `--error` is kept, on a thousand scenes drawn by chance.
 
 #include "tests/gpu/gpu_fixture.h"
 #include "tests/gpu/random_accuracy.h"

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-// What the calling thread has allocated by operator new so far.
+// Allocations by operator new of the calling thread so far.
 struct Allocations {
     uint64_t count, bytes;
 };

@@ -200,7 +200,7 @@ TEST_F(AtlasTest, MissingDataIsTheSameToTheBit) {
     }
 }
 
-// What the device's sampler adds: positions are rounded. Dense, a position p becomes a texture
+// The device's sampler adds this: positions are rounded. Dense, a position p becomes a texture
 // coordinate by one multiplication and one addition and texels by the device's multiplication: each
 // rounds to 2^-24 of the volume's side N at most, so 4 N / 2^24 samples with the start's own
 // rounding. In an atlas of side M the same holds for p in samples, and going to the slot adds the
@@ -309,7 +309,7 @@ TEST_F(AtlasTest, HoldsWhatCanBeSeenAndKeepsToItsBudget) {
     EXPECT_NE(none.error().message.find("limit"), std::string::npos) << none.error().message;
 }
 
-// What rays carry from part to part is larger than the volume here, and only an atlas needs it.
+// Rays carry more from part to part than the volume holds here, and only an atlas needs that.
 TEST_F(AtlasTest, LargePicturesOnSmallDevicesAreDrawnOrRefused) {
     const SceneData data = phantom();
     Scene scene = scene_of(data, RayMode::iso, kViews[0]);

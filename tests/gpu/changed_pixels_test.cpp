@@ -1,5 +1,5 @@
-// Of an edit the pixels are drawn in which it can be seen: no pixel outside of them changes, and
-// what is drawn of them over the frame before is the whole frame's to the bit.
+// The pixels in which an edit can be seen are drawn: no pixel outside of them changes, and the
+// drawing of them over the frame before is the whole frame's to the bit.
 
 #include "engine/render/changed_pixels.h"
 
@@ -188,8 +188,8 @@ TEST_F(ChangedPixelsTest, OfAMeshThatMovesTheyAreWhereItWasAndWhereItIs) {
     EXPECT_GT(small, 10u);
 }
 
-// What is drawn in full of a mesh that can be seen through, or of the volume's own surface, is
-// drawn from few rays first.
+// A picture that has to be drawn in full, of a mesh that can be seen through or of the volume's own
+// surface, is drawn from few rays first.
 TEST_F(ChangedPixelsTest, OfOtherMeshesAllAreDrawnAnew) {
     Scene scene = scenes().back();
     scene.surfaces = {SurfaceLayer{.style = {.opacity = 0.5}}};
@@ -228,7 +228,7 @@ TEST_F(ChangedPixelsTest, AreAllWhereNothingElseIsKnown) {
     EXPECT_EQ(changed_pixels(inside, volume_, edit.commit()), all);
 }
 
-// Of a picture that is half refined the pixels of an edit are full ones and the others stay; the
+// In a picture that is half refined the pixels of an edit are full ones and the others stay; the
 // rest is refined after that, and nothing is left of the document before.
 TEST_F(ChangedPixelsTest, OfAPictureThatIsBeingRefinedTheyAreFullAndTheOthersStay) {
     size_t changed_pictures = 0;
@@ -290,7 +290,7 @@ TEST_F(ChangedPixelsTest, OfAnEditBeyondTheBudgetAreRefinedLater) {
         coarsest = interactive.draw(scene, data).value().coarsest;
     }
     ASSERT_TRUE(coarsest);
-    // What is sooner is judged by times that were measured, which another process may have
+    // The sooner way is judged by times that were measured, which another process may have
     // disturbed.
     bool later = false;
     for (int i = 0; i < 5 && !later; ++i) {

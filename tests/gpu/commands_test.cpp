@@ -1,5 +1,5 @@
-// What commands are recorded into: memory, descriptors and timestamps that are used again, and only
-// when the device is past them.
+// Tests of what commands are recorded into: memory, descriptors and timestamps that are used again,
+// and only when the device is past them.
 
 #include "engine/gpu/commands.h"
 
@@ -86,7 +86,7 @@ TEST_F(CommandsTest, AreRecordedIntoWhatWasMadeBefore) {
     EXPECT_EQ(created.count(), 0u);
 }
 
-// What the test of frames relies on: nothing that is made escapes the count, nor the engine's own.
+// The test of frames relies on it: nothing that is made escapes the count, nor the engine's own.
 TEST_F(CommandsTest, WhatIsMadeIsCounted) {
     const GpuDevice::Created before = device().created();
     const CreatedObjects created;

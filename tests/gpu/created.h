@@ -36,8 +36,8 @@ class Calls<function, Returned(VKAPI_PTR*)(Arguments...)> {
     static inline std::atomic<uint64_t> count_ = 0;
 };
 
-// Of all that makes Vulkan objects but instance and device, and allocates memory. It does not ask
-// the engine's own counters (GpuDevice::created()), which are checked by it.
+// Counts all calls that make Vulkan objects but instance and device, and that allocate memory. It
+// does not ask the engine's own counters (GpuDevice::created()), which are checked by it.
 class CreatedObjects {
  public:
     uint64_t count() const {

@@ -196,7 +196,7 @@ TEST_F(DisplayTest, BytesOnTheDeviceAreThoseOfTheCpu) {
     }
 }
 
-// Of two pictures the target shows the second within the box and the first outside.
+// The target shows the second of two pictures within the box and the first outside.
 TEST_F(DisplayTest, ABoxIsWrittenAlone) {
     DisplayPass pass(device());
     const glm::uvec2 size(83, 61), corner(2, 1);
@@ -235,7 +235,7 @@ TEST_F(DisplayTest, ABoxIsWrittenAlone) {
     }
 }
 
-// What a window gives has its own channel order: vkCmdCopyImage copies bits.
+// A window's image has its own channel order: vkCmdCopyImage copies bits.
 TEST_F(DisplayTest, IsCopiedToAWindowsFormatByBits) {
     DisplayPass pass(device());
     const std::vector<Image> eyes = hard_eyes({19, 7}, 1);

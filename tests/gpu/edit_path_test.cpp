@@ -1,4 +1,4 @@
-// What an edit costs a frame, and that a frame after many edits is the frame of a fresh renderer.
+// The cost of an edit for a frame, and that a frame after many edits is that of a fresh renderer.
 
 #include <random>
 

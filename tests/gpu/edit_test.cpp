@@ -103,7 +103,7 @@ TEST_F(EditTest, TwoRunsGiveTheSameBits) {
     EXPECT_EQ(a->eyes[0].samples, b->eyes[0].samples);
 }
 
-// What a scene does not use does not exist.
+// Resources that a scene does not use do not exist.
 TEST_F(EditTest, AnIsoSceneHoldsNeitherLabelsNorTablesNorASecondEye) {
     Renderer renderer(device());
     Scene scene = scene_near_the_voxel();

@@ -120,7 +120,7 @@ class EditThreads : public GpuTest {
         (void)session.use({stroke.shape, stroke.tool, stroke.operation, "ball", ""});
     }
 
-    // What a person does beside touching.
+    // A person does these things beside touching.
     void do_something(Session& session, std::mt19937& random) {
         if (random() % 3 == 0)
             use_some_tool(session, random);
@@ -239,7 +239,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     stop(*session);
     session->settle();
 
-    // What each of them holds at the end is what one who begins now would hold.
+    // Each of them holds at the end what one who begins now would hold.
     const Session::Eye::Sight last = eye.look();
     const auto iso = static_cast<float>(session->parameters().iso);
     const Mesh mesh = session->mesh(), fresh_mesh = marching_cubes(last.data.volume, iso);

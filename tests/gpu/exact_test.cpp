@@ -31,17 +31,17 @@ double place_error(const Scene& scene, const SceneData& data) {
     return 0x1p-24 * (4.0 * (eye + size) + 10.0 * size);
 }
 
-// Of a value inside a cell: its place on three axes, and ten roundings of the cubic.
+// The error of a value inside a cell: its place on three axes, and ten roundings of the cubic.
 double value_error(const Scene& scene, const SceneData& data) {
     const ValueRange range = data.volume.range();
     const double largest = std::max(std::abs(range.min), std::abs(range.max));
     return 3.0 * place_error(scene, data) * steepest(data.volume) + 10.0 * 0x1p-24 * largest;
 }
 
-// Of a pixel of alpha. A place in the table is off by the value's error and by its rounding to
-// 1/256 of an entry; where that makes a span narrow or not, or takes a sub-step more, the mean of
-// tau moves by at most two entries' difference each (detail_of_one_entry() sees to that). Colours
-// move likewise.
+// The bound for a pixel of alpha. A place in the table is off by the value's error and by its
+// rounding to 1/256 of an entry; where that makes a span narrow or not, or takes a sub-step more,
+// the mean of tau moves by at most two entries' difference each (detail_of_one_entry() sees to
+// that). Colours move likewise.
 double alpha_bound(const Scene& scene, const SceneData& data) {
     const TransferTable table = make_table(scene.ray_cast->transfer);
     double color = 0.0, tau = 0.0;
@@ -146,8 +146,8 @@ TEST_F(ExactTest, ShadedAlphaIsItsTwin) {
         {{200.0, 0.0}, {250.0, 0.02}, {750.0, 0.02}, {800.0, 0.0}, {2000, 0.0}, {2000, 0.9999}}};
     const Shading shading;
     scene.ray_cast->shading = shading;
-    // Where a cell is shaded moves with what is seen of it, by at most as much as places do
-    // relative to a cell: a thousandth; the normal turns by a radian in 15 mm, ten cells.
+    // The place at which a cell is shaded moves with what is seen of it, by at most as much as
+    // places do relative to a cell: a thousandth; the normal turns by a radian in 15 mm, ten cells.
     const double angle = std::sqrt(3.0) * value_error(scene, data) / 1.5 / 24.0 + 1e-4;
     const double lit = (shading.diffuse + shading.specular * shading.shininess) * angle;
     EXPECT_EQ(share_beyond(picture(scene, data), render_twin(scene, data),

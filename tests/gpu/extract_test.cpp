@@ -61,7 +61,7 @@ void expect_same(GpuSurface& mine, const BlockSurface& theirs, GpuDevice& device
     ASSERT_TRUE(same(a.triangles, b.triangles));
     EXPECT_EQ(a.world_from_mesh, b.world_from_mesh);
 
-    // What no block holds is (0, 0, 0), so that what is drawn is these triangles and no others.
+    // Triangles that no block holds are (0, 0, 0), so that only these triangles are drawn.
     uint64_t held = 0;
     for (SurfacePool::Arena& arena : mine.pool().arenas()) {
         Buffer copy(device, "triangles to read", arena.triangles.bytes(), Memory::read_back);

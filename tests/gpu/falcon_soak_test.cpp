@@ -99,7 +99,7 @@ enum class Trouble { silent, failing_reads, garbage, encoder_jump, hang, unplugg
 // Between construction and destruction only the servo's thread touches model and transport.
 class Troubled final : public HapticDevice {
  public:
-    // What is counted over all of them.
+    // Counts over all of them.
     struct Seen {
         std::atomic<uint64_t> faults{0}, in_contact{0}; // made; while force went out
         std::atomic<uint64_t> missed{0};                // force went out longer than it may

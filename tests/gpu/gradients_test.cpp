@@ -86,7 +86,7 @@ TEST(StoreGradients, AreCentralDifferencesToElevenBits) {
 
 class GradientsTest : public GpuTest {};
 
-// Where gradients of neighbours point nearly one way, rounding turns a gradient by at most 2^-11,
+// If gradients of neighbours point nearly one way, rounding turns a gradient by at most 2^-11,
 // and light changes by at most diffuse + specular * shininess, below 2.8, times the cosine's
 // change.
 TEST_F(GradientsTest, GiveThePictureThatSixSamplesGive) {

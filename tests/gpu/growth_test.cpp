@@ -236,7 +236,7 @@ TEST_F(GrowthTest, BytesOfADabDoNotGrowWithTheVolume) {
         }
 }
 
-// Of the recording thread for one frame: what is uploaded, and calls of Vulkan.
+// Work of the recording thread for one frame: what is uploaded, and calls of Vulkan.
 struct FrameWork {
     uint64_t uploaded_bytes, uploads, dispatches, barriers, copies, sets;
     friend bool operator==(const FrameWork&, const FrameWork&) = default;
@@ -324,7 +324,7 @@ TEST_F(GrowthTest, WorkOfAFrameDoesNotGrowWithTheVolume) {
     }
 }
 
-// What is looked at for a dab, counted: cells, and bricks that may be needed.
+// Counts of what is looked at for a dab: cells, and bricks that may be needed.
 TEST_F(GrowthTest, CellsAndBricksLookedAtDoNotGrowWithTheVolume) {
     for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
         std::vector<std::vector<uint64_t>> counts;

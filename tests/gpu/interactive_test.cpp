@@ -281,7 +281,7 @@ TEST_F(InteractiveTest, OfAMeshThatHasMovedThePictureIsTheNewOne) {
     }
 }
 
-// What takes longer than the budget is drawn anew where a picture from fewer rays takes as long.
+// A part slower than the budget is drawn anew where a picture from fewer rays takes as long.
 TEST_F(InteractiveTest, APartIsDrawnAnewRatherThanAllFromFewerRays) {
     Scene scene = scene_of(RayMode::iso);
     scene.surfaces = {SurfaceLayer{}};

@@ -17,7 +17,7 @@ SceneData live_data(Volume volume) {
     return {std::move(volume), std::nullopt, {nullptr}};
 }
 
-// What a live surface stands for.
+// The mesh that a live surface stands for.
 SceneData mesh_data(const Volume& volume, double iso) {
     return {volume,
             std::nullopt,

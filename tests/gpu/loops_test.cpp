@@ -141,7 +141,7 @@ TEST(Loops, OfEveryShaderAreLeftAtTheirHeadOrByAllLanesTogether) {
     EXPECT_GT(loops, 500);
 }
 
-// What the decision's page shows is found.
+// The loop that the decision's page shows is found.
 TEST(Loops, OneThatIsLeftAtItsEndIsFound) {
     const Loops found = loops_of(Shader(spirv::LeftAtItsEnd{}).code->words);
     EXPECT_EQ(found.count, 1);

@@ -1,5 +1,5 @@
-// What lies over slices - another volume in colour, a second label map - and slabs, on the device
-// against the twin in double; marks over eyes' pictures against their closed form.
+// Tests of what lies over slices - another volume in colour, a second label map - and slabs, on the
+// device against the twin in double; marks over eyes' pictures against their closed form.
 
 #include <cmath>
 #include <thread>
@@ -62,7 +62,7 @@ class OverlaysTest : public GpuTest {
         shown_ = with;
         return renderer.render(of, with).value().eyes.front();
     }
-    // Of pixels whose colour differs from the twin's by more than the bound; a picture's share.
+    // The share of a picture's pixels whose colour differs from the twin's by more than the bound.
     double share_beyond(const Scene& of, double bound) {
         const Image picture = drawn(of, data), twin = render_twin(of, *shown_);
         size_t beyond = 0;
@@ -301,7 +301,7 @@ TEST_F(MarksTest, LieWhereTheyAreInEveryLayout) {
             }
 }
 
-// What is retired may hold the last reference to a resource, which is retired in its turn.
+// A retired object may hold the last reference to a resource, which is retired in its turn.
 TEST_F(MarksTest, WhatIsRetiredMayHoldResources) {
     const size_t before = device().resources().size();
     for (int i = 0; i < 4; ++i) {

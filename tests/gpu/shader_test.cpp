@@ -1,4 +1,4 @@
-// What the build reads from a shader, and that C++ cannot misunderstand it; see also wrong_shaders.
+// The build reads this from a shader, and C++ cannot misunderstand it; see also wrong_shaders.
 
 #include "engine/gpu/shader.h"
 

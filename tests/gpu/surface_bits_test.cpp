@@ -1,4 +1,4 @@
-// What must not change a bit of a picture of meshes, and what drawing them holds.
+// Changes that must not change a bit of a picture of meshes, and what drawing them holds.
 
 #include <algorithm>
 #include <bit>
@@ -122,8 +122,8 @@ TEST_F(SurfaceTest, OfTrianglesThatCoincideTheFirstAreKept) {
     }
 }
 
-// Of triangles with a common edge or corner exactly one is met by a ray that runs through it: on a
-// grid whose lines and points the rays of all pixels hit exactly, every pixel has one layer.
+// A ray through a common edge or corner of triangles meets exactly one of them: on a grid whose
+// lines and points the rays of all pixels hit exactly, every pixel has one layer.
 TEST_F(SurfaceTest, RaysThroughEdgesAndCornersMeetOneTriangle) {
     Mesh mesh;
     for (uint32_t j = 0; j <= 64; ++j)
@@ -211,7 +211,7 @@ TEST_F(SurfaceTest, PartsOfAVolumeChangeNoBit) {
     EXPECT_NE(refused.error().message.find("MIP"), std::string::npos);
 }
 
-// What a scene does not use is not there.
+// Resources that a scene does not use are not there.
 TEST_F(SurfaceTest, ASceneHoldsWhatItShowsAndNothingElse) {
     drop_kept_renderers();
     const auto has = [](std::string_view part) {

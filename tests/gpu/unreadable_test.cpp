@@ -93,7 +93,7 @@ TEST_F(UnreadableTest, FramesOfEveryKindBeginAnewAfterwards) {
     }
 }
 
-// What one view's frame left unsure is so for all that share it.
+// A part that one view's frame left unsure is so for all that share it.
 TEST_F(UnreadableTest, TheOtherViewsBeginAnewToo) {
     source->broken = false;
     Renderer renderer(device()), other(renderer.store());

@@ -85,7 +85,7 @@ class ViewsTest : public GpuTest {
             views.emplace_back(views.front().store());
         return views;
     }
-    // Of what is on the device under a name.
+    // The resources on the device under a name.
     struct Held {
         size_t count = 0;
         uint64_t bytes = 0;
@@ -421,7 +421,7 @@ TEST_F(ViewsTest, AnotherVolumeIsNotWaitedFor) {
     }
 }
 
-// Where both do not fit the limit, the first has gone before the second is made.
+// If both do not fit the limit, the first has gone before the second is made.
 TEST_F(ViewsTest, AnotherVolumeWaitsForItsRoom) {
     const uint64_t bytes = 100 * 100 * 100 * sizeof(float);
     Renderer renderer(device(), {.memory_limit_bytes = device().resource_bytes() + bytes * 3 / 2,
