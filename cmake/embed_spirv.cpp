@@ -81,7 +81,7 @@ struct Module {
     std::vector<uint32_t> members(uint32_t type) const {
         return {made.at(type).begin() + 2, made.at(type).end()};
     }
-    // Of a type in a block. A runtime array has none of its own.
+    // The size of a type in a block. A runtime array has none of its own.
     uint32_t bytes(uint32_t type, uint32_t matrix_stride = 0) const {
         const std::vector<uint32_t>& t = made.at(type);
         switch (t[0]) {
@@ -241,7 +241,7 @@ void add_constants(const Module& module, std::map<uint32_t, Constant>& constants
     }
 }
 
-// What C++ and the shader must agree on: the structs of SPIR-V that a header declares.
+// C++ and the shader must agree on these: the structs of SPIR-V that a header declares.
 void add_assertions(const Module& module, const std::set<std::string>& shared,
                     std::set<std::string>& out) {
     const auto shared_name = [&](uint32_t type) {

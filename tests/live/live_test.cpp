@@ -1,6 +1,6 @@
-// What a person with a Falcon does, as docs/guide/devices.md says it: plug in, load the firmware,
-// home, feel a volume, unplug. The program is the real one, and so is libusb; the device is a model
-// on a kernel that umockdev imitates, with a hand of its own.
+// Does what a person with a Falcon does, as docs/guide/devices.md says it: plug in, load the
+// firmware, home, feel a volume, unplug. The program is the real one, and so is libusb; the device
+// is a model on a kernel that umockdev imitates, with a hand of its own.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -41,8 +41,8 @@ struct Outcomes {
 // nine seeds one after another, each begins with a kind of damage of its own.
 std::string damaged(const std::string& bytes, uint64_t seed);
 
-// What is wrong with the message of an error; empty when it is one printable sentence that names
-// the file and says more.
+// The fault in the message of an error; empty when it is one printable sentence that names the file
+// and says more.
 std::string fault_of(const std::string& message, const std::filesystem::path& path);
 
 // Reads the seeds, and `count` damaged files, each under the reader's file name in `folder`. Faults

@@ -8,13 +8,13 @@
 
 namespace palpate {
 
-// Of a thread: how often it was put to sleep or had to give way.
+// Counts for a thread how often it was put to sleep or had to give way.
 struct Switches {
     uint64_t asked = 0, forced = 0;
     uint64_t all() const { return asked + forced; }
 };
 
-// Of every thread of this process, by its number.
+// The switches of every thread of this process, by its number.
 inline std::map<std::string, Switches> switches_now() {
     std::map<std::string, Switches> all;
     for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {

@@ -76,7 +76,7 @@ TEST(Figure, LettersAreRightForAll24ViewsAlongTheAxes) {
     EXPECT_EQ(views, 24);
 }
 
-// Of an oblique view the letter at an edge names where the picture's points lie there: those of a
+// The letter at an edge of an oblique view names where the picture's points lie there: those of a
 // point at that edge, seen from the picture's middle.
 TEST(Figure, LettersAreRightForObliqueViews) {
     std::mt19937 random(7);

@@ -17,7 +17,7 @@ glm::dvec3 random_direction(std::mt19937& random) {
     return glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
 }
 
-// What a letter stands for, LPS.
+// The direction that a letter stands for, LPS.
 glm::dvec3 direction_of(char letter) {
     switch (letter) {
         case 'L':

@@ -125,8 +125,8 @@ TEST_F(File, WhatIsNoFileIsLeftAlone) {
     EXPECT_TRUE(names().empty());
 }
 
-// What a link leads to is written, and the link stays; streams of the process are no files,
-// whatever they lead to.
+// The file that a link leads to is written, and the link stays; streams of the process are no
+// files, whatever they lead to.
 TEST_F(File, LinksStay) {
     write("real", "old");
     fs::create_symlink("real", file("link"));

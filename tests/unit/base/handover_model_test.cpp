@@ -238,7 +238,7 @@ TEST(RingModel, NothingIsLostTornOrReorderedInEveryOrder) {
     using Popped = std::set<std::vector<int>>;
     const auto small = explore_ring<Ring<Pair, interleave::Atomic>>(1, 3, 3);
     EXPECT_EQ(small.violation, "");
-    // Of three values a full ring may refuse the second, the third, or both.
+    // A full ring may refuse the second of three values, the third, or both.
     EXPECT_EQ(small.popped, (Popped{{}, {1}, {1, 2}, {1, 3}, {1, 2, 3}}));
     const auto larger = explore_ring<Ring<Pair, interleave::Atomic>>(2, 3, 3);
     EXPECT_EQ(larger.violation, "");

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// What another implementation reads of it.
+// The value as another implementation reads it.
 nlohmann::json peer(const Json& value) {
     const nlohmann::json line = nlohmann::json::parse(json_line(value));
     EXPECT_EQ(nlohmann::json::parse(json_text(value)), line);

@@ -27,7 +27,7 @@ TEST_F(Page, ResultsCannotEndTheScriptTheyStandIn) {
     const std::string html = page_html(Json::array({evil}));
     EXPECT_THAT(html, Not(HasSubstr("</script><script>alert")));
     EXPECT_THAT(html, Not(HasSubstr("<!--")));
-    // What a browser's JSON.parse sees is what was put in.
+    // A browser's JSON.parse sees what was put in.
     const size_t from = html.find("id=\"results\">") + 13;
     const Result<Json> back =
         parse_json(html.substr(from, html.find("</script>", from) - from), "page");
@@ -67,7 +67,7 @@ TEST_F(Page, ShowsEverySuiteWhoseResultIsThere) {
     EXPECT_THAT(html, Not(HasSubstr("@PARTS@")));
 }
 
-// What a result says cannot take the place of anything else.
+// The words of a result cannot take the place of anything else.
 TEST_F(Page, NamesOfPlacesAreDataLikeAnyOther) {
     const std::string html =
         page_html(Json::array({Json{{"suite", "quality"}, {"note", "@PARTS@ @RESULTS@"}}}));

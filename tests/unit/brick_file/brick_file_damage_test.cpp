@@ -45,7 +45,7 @@ class BrickFileDamage : public TemporaryFolder {
         return levels;
     }
 
-    // What reading `bytes` ends in: the sentence of the error, or nothing when it reads as the good
+    // The end of reading `bytes`: the sentence of the error, or nothing when it reads as the good
     // file does. Anything else fails the test.
     std::string outcome(const std::string& bytes) {
         write("bad.pbv", bytes);

@@ -1,4 +1,4 @@
-// What a hard case reports: its worst figure, its failures, its JSON.
+// The report of a hard case: its worst figure, its failures, its JSON.
 
 #include "bench/cases/stability.h"
 

@@ -226,8 +226,8 @@ TEST_F(JournalledEditor, SaysTheValueThatAToolWithoutOneLeaves) {
     EXPECT_EQ(found->entries[0].stroke.operation.to_value, 5.0);
 }
 
-// What the journal holds is what is seen, while the disk is full (the limit on the size of files
-// stands for it) and after.
+// The journal holds what is seen, while the disk is full (the limit on the size of files stands for
+// it) and after.
 TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
     const Volume first = make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
                                      [](glm::uvec3) { return 0.0; });
@@ -469,8 +469,8 @@ TEST_F(JournalledEditor, AChangeOfJournalWaitsNoLongerThanItsLimit) {
     EXPECT_EQ(Journal::peek(file("newer"))->entries.size(), 1u);
 }
 
-// What is no pose changes nothing of a stroke, and one that is almost one is what a file would
-// hold.
+// Numbers that are no pose change nothing of a stroke, and those that are almost one are what a
+// file would hold.
 TEST(Editor, PassesOverWhatIsNoPose) {
     const Volume first = make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
                                      [](glm::uvec3) { return 0.0; });

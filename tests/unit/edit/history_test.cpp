@@ -55,7 +55,7 @@ class HistoryTest : public TemporaryFolder {
                     continue;
                 }
                 depth += back ? -1 : 1;
-                // Of a step that changed nothing, the snapshot stays.
+                // The snapshot of a step that changed nothing stays.
                 EXPECT_TRUE((*taken)->first().version() > now.version() ||
                             hashes[depth] == hashes[depth + (back ? 1 : -1)]);
                 now = (*taken)->first();

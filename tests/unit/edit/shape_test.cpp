@@ -101,7 +101,7 @@ TEST(Shape, SignIsThatOfTheDefinition) {
     }
 }
 
-// What rows and sweeps rely on. Rounding: a few units in the last place of 10.
+// Rows and sweeps rely on this. Rounding: a few units in the last place of 10.
 TEST(Shape, NoFunctionIsSteeperThanOne) {
     Random random(2);
     for (const Case& c : cases())

@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 const auto kPlaces = uint64_t(std::min(given("PALPATE_STROKES", 25), 100.0));
-// Of linear interpolation in cells, for what curves and bends as these tools do, in samples.
+// Errors of linear interpolation in cells, for what curves and bends as these tools do, in samples.
 constexpr double kMostRms = 0.1;
 
 struct Body {

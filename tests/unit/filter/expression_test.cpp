@@ -14,7 +14,7 @@ namespace {
 
 const std::vector<std::string> kNames{"a", "b", "mask_2"};
 
-// Of a = -2, b = 3, mask_2 = 0.
+// The value of a text for a = -2, b = 3, mask_2 = 0.
 float value_of(const char* text, std::array<float, 3> of = {-2, 3, 0}) {
     const Result<Expression> made = Expression::compile(text, kNames);
     if (!made) {

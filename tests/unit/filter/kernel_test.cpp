@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// What the kernel makes of f at 0, in double.
+// Applies the kernel to f at 0, in double.
 template <class F>
 double apply(const Kernel& kernel, const F& f) {
     double sum = kernel.order == 0 ? f(0.0) : 0.0;

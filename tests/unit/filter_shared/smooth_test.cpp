@@ -162,7 +162,7 @@ TEST_F(SmoothBesideItk, GaussianAndDerivativesDifferByTheirKernelsAlone) {
                 {0, 1, 1});
 }
 
-// Of derivatives that are those of ITK the length, here in double, and in the filter in floats:
+// The length of derivatives that are those of ITK, here in double, and in the filter in floats:
 // three squares, their sum and a root.
 TEST_F(SmoothBesideItk, GradientMagnitudeIsTheLengthOfTheDerivatives) {
     const std::vector<float> length =

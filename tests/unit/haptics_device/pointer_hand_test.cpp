@@ -90,7 +90,7 @@ TEST(PointerHand, PressesWhereItWasToldToAndNotOnItsWay) {
     for (int i = 0; i < 1000; ++i)
         held.tick();
     EXPECT_NEAR(glm::distance(held.tick().position_mm, beyond), 0.0, 1e-6);
-    // Where the hand is there already it presses at once, and what is pressed stays so on the way.
+    // A hand that is there already presses at once, and what is pressed stays so on the way.
     held.pointer->point({{beyond, {1, 0, 0, 0}}, 3});
     held.tick();
     EXPECT_EQ(held.sample.buttons, 3u);

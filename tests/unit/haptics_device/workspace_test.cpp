@@ -31,7 +31,7 @@ TEST(Workspace, TurnsScalesAndPlacesPositionsButOnlyTurnsForces) {
 }
 
 TEST(Workspace, WorkDoneInWorldIsScaleTimesWorkOfTheHand) {
-    // What makes a scaled spring feel scale times as stiff, and energy accounts consistent.
+    // This makes a scaled spring feel scale times as stiff, and energy accounts consistent.
     const Workspace workspace({0, 0, 0}, 3.0, kTurn);
     const glm::dvec3 step_m(0.001, -0.002, 0.0005), force_n(1, 2, 3);
     const glm::dvec3 step_mm =

@@ -49,9 +49,9 @@ FakeTransport::Fault in_ends_as(TransferStatus status) {
 
 struct Row {
     std::string name;
-    // What the transport does while the fault lasts; made anew for every run. May be empty.
+    // The transport's part while the fault lasts; made anew for every run. May be empty.
     std::function<FakeTransport::Fault()> fault;
-    // What the device does.
+    // The device's part.
     std::function<void(FakeFalcon&, bool begins)> device;
     bool ends_force = true; // by the end of kFaultTicks, in contact
     bool unplugs = false;
@@ -317,7 +317,7 @@ class Run {
         }
         if (row_.ends_force && is_pressed) {
             ASSERT_EQ(last_.sent, Wrench{});
-            // Where commands get through, the motors are off too.
+            // The motors are off, too, if commands get through.
             if (!bench_.transport->gone() && !row_.fault && !bench_.model.silent) {
                 ASSERT_EQ(bench_.model.command().motors, (Counts{}));
             }

@@ -94,7 +94,7 @@ TEST(FalconGrid, TheDriverKeepsTheBoundsOfTheLoopWithoutIt) {
         EXPECT_EQ(driver.not_finite, 0u);
         // The proxy knows no device: as deep wherever the hand goes.
         EXPECT_LE(driver.penetration_voxels, plain.penetration_voxels + 0.01);
-        // Where the hand gets by one tick more of delay and two steps of the encoders.
+        // The hand gets farther by one tick more of delay and two steps of the encoders.
         const double step_n = 500.0 * 2.0 * preset.capabilities.resolution_m;
         EXPECT_LE(driver.force_n, 1.1 * plain.force_n + step_n);
         // Energy: as the suite judges it without a cable, two steps of the encoder.

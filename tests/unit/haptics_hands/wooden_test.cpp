@@ -78,7 +78,7 @@ TEST(WoodenKinematics, PositionsAnglesAndForcesAgree) {
                 const glm::dvec3 slope = (forward(*g, more) - forward(*g, less)) / (2 * kStep);
                 ASSERT_LT(glm::length(by_angle[axis] - slope), 1e-9);
             }
-            // What the motors work is what the hand gets.
+            // The motors' work is what the hand gets.
             const glm::dvec3 force{any(random), any(random), any(random)},
                 turn{any(random), any(random), any(random)}; // of the bodies
             const glm::dvec3 amperes = currents(*g, *angles, force);

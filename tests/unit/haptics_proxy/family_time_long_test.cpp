@@ -1,4 +1,4 @@
-// What a tick takes of its thread's processor time in the worst scene of the family
+// The processor time that a tick takes of its thread in the worst scene of the family
 // (bench/touch/family.h). PALPATE_TICKS (10^6) sets how many ticks, PALPATE_SEEDS (12) how many
 // development seeds the worst scene is looked for in, PALPATE_ALGORITHM which of the repaired
 // algorithms, separated by commas (all four).

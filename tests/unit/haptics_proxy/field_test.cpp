@@ -249,7 +249,7 @@ TEST(Field, PointsThatAreNotNearStayFree) {
     }
 }
 
-// What a spline makes of an edge, an erf of 0.7 samples, differs from it by what samples alias. In
+// A spline of an edge, an erf of 0.7 samples, differs from the edge by what samples alias. In
 // doubles, over 60000 planes and places: the spline sharpened by five taps meets 1/2 up to 0.01354
 // samples off, the worst along an axis; normals of the one that is blurred by 0.36 - 0.49 samples^2
 // err by up to 0.913 degrees, at a slant. tune() measures the edge within 1 % here, and an edge of
@@ -369,7 +369,7 @@ TEST(Field, TellsGrainsFromBodies) {
     EXPECT_NEAR(tuning_for(noise_volume({64, 64, 64}), 10.0).grains, 7.0 / 8 * 31 / 32, 0.02);
 }
 
-// What is called clear is clear: nothing near the segment is solid.
+// A segment that is called clear is clear: nothing near it is solid.
 TEST(Field, ClearSegmentsMeetNothing) {
     touch::TouchCase body{.solid = touch::ball({1, 2, 3}, 3.0)};
     const touch::Scene scene = touch::make_scene(body, {});

@@ -1,5 +1,5 @@
-// What the repaired ones that feel triangles are made of: samples of a finer lattice, triangles
-// that bulge, and places where a point rests on them.
+// Parts of the repaired algorithms that feel triangles: samples of a finer lattice, triangles that
+// bulge, and places where a point rests on them.
 
 #include <cmath>
 #include <memory>
@@ -204,8 +204,8 @@ TEST(CurvedTriangles, MeetAtTheirEdges) {
         }
 }
 
-// Where a point settles on the sphere, the goal lies straight under it: normals of a facet's point
-// are the sphere's own there, so that what is left is how far aside it bulges, and 1e-4 mm.
+// The goal lies straight under the place where a point settles on the sphere: normals of a facet's
+// point are the sphere's own there, so that what is left is how far aside it bulges, and 1e-4 mm.
 TEST(CurvedTriangles, HoldAPointStraightOverItsGoal) {
     const Sphere sphere(kBallRadius_mm, 24);
     const Bound bound(sphere.edge_mm);

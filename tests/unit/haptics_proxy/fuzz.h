@@ -15,8 +15,8 @@
 
 namespace palpate::haptics {
 
-// What is felt while algorithms are fuzzed. Small, so that a tick is quick: a ball with grey
-// values, labels, mesh and field, snapshots of it after edits, and volumes without sense.
+// The scenes that are felt while algorithms are fuzzed. Small, so that a tick is quick: a ball with
+// grey values, labels, mesh and field, snapshots of it after edits, and volumes without sense.
 struct FuzzScenes {
     std::vector<TouchScene> all;
     size_t sound = 0; // the first so many are snapshots of the ball

@@ -38,8 +38,8 @@ inline std::string name_of(const GapCase& c) {
 }
 
 struct Crossed {
-    // Of force from tick to tick, beyond what the spring makes of the hand's
-    // motion and the rate; and the same next to ticks that are unknown.
+    // The change of force from tick to tick, beyond what the spring makes of the hand's motion and
+    // the rate; and the same next to ticks that are unknown.
     double most_change_n = 0.0, most_change_at_gap_n = 0.0;
     double most_left_n = 0.0; // force in the band, beyond what the rate leaves of it there
     double pressed_n = 0.0;   // on sound data before, as a share of what the spring makes
@@ -47,8 +47,8 @@ struct Crossed {
     int unknown = 0, ticks = 0;
     bool is_finite = true;
 
-    // Of a repaired algorithm. Labels are steps of half a sample, over which a force may change by
-    // what an edit may; a gap adds nothing to that.
+    // Expected of a repaired algorithm. Labels are steps of half a sample, over which a force may
+    // change by what an edit may; a gap adds nothing to that.
     bool is_gentle(TouchSource source) const {
         return most_change_n <= (source == TouchSource::labels ? 0.1 : 0.02) &&
                most_change_at_gap_n <= 0.02;
@@ -146,8 +146,8 @@ inline Crossed cross(const GapCase& c) {
                 if (is_unknown || was_unknown)
                     crossed.most_change_at_gap_n = std::max(crossed.most_change_at_gap_n, change);
             }
-            // Where the surface under the hand is in the band, force is what the rate
-            // has left.
+            // If the surface under the hand is in the band, force is what the rate has
+            // left.
             const bool in_band = gap_mm(x - glm::dot(x, n) * n) < 0.5 * c.width_mm - kSpacing_mm &&
                                  glm::dot(x, n) < c.radius_mm;
             in_band_s = in_band && entered_n >= 0.0 ? in_band_s + dt : 0.0;

@@ -18,9 +18,9 @@ namespace {
 
 using glm::dvec3;
 
-// What is asked: 0.02 N beyond the hand's motion on clean data, 0.10 N at up to 10 % noise. A tool
-// on a ball of 0.83 coarse samples does not reach it: normals are those of edge and blur of 0.6
-// samples together, nearly as wide as that ball, and turn otherwise than its surface. What it
+// The bound asked for: 0.02 N beyond the hand's motion on clean data, 0.10 N at up to 10 % noise. A
+// tool on a ball of 0.83 coarse samples does not reach it: normals are those of edge and blur of
+// 0.6 samples together, nearly as wide as that ball, and turn otherwise than its surface. What it
 // reaches, 0.038 N, is published in bold (docs/haptics.md), and must not grow.
 double most_n(std::string_view algorithm, const TouchCase& body, const Storage& storage) {
     if (algorithm == "swept-tool" && body.name == "ball/1mm" && voxel_mm(storage) > 1.0)
@@ -123,7 +123,7 @@ TEST(Jumps, FrictionLagsFartherThanATickReaches) {
     }
 }
 
-// Where faces meet and where they bend, friction turns with what holds the tool, and lets go of
+// At places where faces meet or bend, friction turns with what holds the tool, and lets go of
 // nothing at once: by up to 0.36 N while the tool was taken back on its way, and by 0.23 N while
 // its normal was that of the force. What is asked is that of hollows, 0.02 N, with the cone's
 // share.

@@ -44,7 +44,7 @@ TEST(ProxyAccount, LetsWhatSankInComeOutAgain) {
     ProxyAccount account;
     const dvec3 hand(0.0, 0.0, -3.0), on(0.0), in(0.0, 0.0, -0.5);
     EXPECT_EQ(go(account, on, in, hand, 0.0), in);
-    // Of what was taken a hundredth is forgotten in a tick.
+    // A hundredth of what was taken is forgotten in a tick.
     const dvec3 reached = go(account, in, on, hand, 0.0);
     const double taken = squared(on - hand) - squared(in - hand);
     EXPECT_NEAR(squared(reached - hand) - squared(in - hand), 0.99 * taken, 1e-12);

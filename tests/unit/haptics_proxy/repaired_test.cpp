@@ -1,4 +1,4 @@
-// What the repaired ones owe wherever they are used: nothing is passed through, whatever the
+// The repaired algorithms owe this wherever they are used: nothing is passed through, whatever the
 // surface is like, and an edit is felt gently.
 
 #include <cmath>

@@ -11,7 +11,7 @@
 
 namespace palpate::touch {
 
-// What a person would have set: what the volume tells of itself.
+// Settings that a person would have made: the volume's own.
 inline haptics::TouchParameters settings(const Scene& scene) {
     haptics::TouchParameters parameters = scene_parameters(scene);
     tune(parameters, *scene.touch.grey);
@@ -46,7 +46,7 @@ inline Trace run_named(const char* name, const Scene& scene, const Path& path,
     return run;
 }
 
-// What somebody else does far away: one sample in a corner, another value each tick.
+// Somebody else edits far away: one sample in a corner, another value each tick.
 inline void edit_elsewhere(haptics::TouchScene& touch, int tick) {
     VolumeEdit edit(*touch.grey);
     edit.set({1, 1, 1}, tick % 2 ? 0.0 : 1000.0);

@@ -19,7 +19,7 @@
 // another in any order, and the force goes from one to the next by the rate of edits.
 namespace palpate::haptics {
 
-// What an edit may leave: the surface where it was, higher, lower, tilted; nothing; matter
+// An edit may leave these: the surface where it was, higher, lower, tilted; nothing; matter
 // everywhere; no data around the hand, or anywhere.
 enum class Left { surface, higher, lower, tilted, nothing, matter, gap, no_data };
 constexpr uint32_t kLefts = 8;

@@ -148,9 +148,9 @@ Scene speckle() {
     return scene;
 }
 
-// What the motion of the proxy itself gives to the spring, whose work the hand never did: no more,
-// since the start, than the spring holds over half a sample and a twentieth at the deepest. Without
-// its account a ball of 4 mm on a circle gives 0.87 mJ, and 0.66 are allowed.
+// The proxy's own motion gives work to the spring that the hand never did: no more, since the
+// start, than the spring holds over half a sample and a twentieth at the deepest. Without its
+// account a ball of 4 mm on a circle gives 0.87 mJ, and 0.66 are allowed.
 TEST(SweptTool, MakesNoEnergyAmidNoise) {
     const Scene scene = speckle();
     for (const double friction : {0.0, 0.3}) {

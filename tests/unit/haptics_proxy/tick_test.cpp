@@ -1,4 +1,4 @@
-// What every algorithm owes the servo thread, and the loop through a simulated device.
+// Every algorithm owes this to the servo thread; and the loop through a simulated device.
 
 #include <atomic>
 #include <cstdlib>

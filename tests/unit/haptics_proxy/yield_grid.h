@@ -16,8 +16,8 @@
 // is larger than T0; where the press is deep enough, none stays below it.
 namespace palpate::haptics {
 
-// Where T0 is stated. `label_*`: with another one of the parameters, which that label does not
-// have. `unlisted`: the parameters', beside another label's own.
+// The place where T0 is stated. `label_*`: with another one of the parameters, which that label
+// does not have. `unlisted`: the parameters', beside another label's own.
 enum class T0From { parameters_grey, parameters, label, label_softer, label_harder, unlisted };
 constexpr T0From kAllT0[] = {T0From::parameters_grey, T0From::parameters,   T0From::label,
                              T0From::label_softer,    T0From::label_harder, T0From::unlisted};

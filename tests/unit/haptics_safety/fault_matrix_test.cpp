@@ -21,7 +21,7 @@ const DeviceCapabilities kDevice{.workspace_m = glm::dvec3(0.05),
                                  .max_force_n = 8.0,
                                  .max_damping_n_s_per_m = 20.0};
 
-// What the loop gives the chain in one tick; a fault changes it.
+// The input that the loop gives the chain in one tick; a fault changes it.
 struct Feed {
     int64_t now_ns, due_ns;
     DeviceStatus status = DeviceStatus::ok;
@@ -142,7 +142,7 @@ void run_row(const Row& row, State state) {
         const double size = glm::length(out.force_n), last = glm::length(before.force_n);
         ASSERT_TRUE(std::isfinite(size)) << tick;
         ASSERT_LE(size, 0.8 * 8.0) << tick;
-        // Of a tick, as the chain bounds it: 10 us to 0.1 s.
+        // The time of a tick, as the chain bounds it: 10 us to 0.1 s.
         const double dt_s =
             std::clamp(1e-9 * static_cast<double>(feed.now_ns - last_ns), 1e-5, 0.1);
         last_ns = feed.now_ns;

@@ -63,7 +63,7 @@ inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
             sample.rotation = {share(), kInf, 0, 0};
         const auto status = wild & 128 ? static_cast<DeviceStatus>(random() % 5) : DeviceStatus::ok;
         chain.begin(now_ns, due_ns, status, sample);
-        // Where it waits to start, it is offered quiet.
+        // A chain that waits to start is offered quiet.
         const double most = chain.mode() == SoftStart::Mode::waiting ? 0.1 : 20.0;
         Wrench wanted{{most * (share() - 0.5), most * (share() - 0.5), 0}, {0, 0.3 * share(), 0}};
         if (wild & 256)
@@ -83,7 +83,7 @@ inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
             ASSERT_LE(glm::distance(out.force_n, before), 2000.0 * dt_s * (1 + 1e-9) + 1e-12)
                 << tick;
         }
-        // What is new beside the force before, let go in part: growth, or a turn.
+        // The part that is new beside the force before, let go in part: growth, or a turn.
         const double was = glm::length(before);
         const glm::dvec3 direction = was > 0.0 ? before / was : glm::dvec3(0.0);
         const double kept = std::clamp(glm::dot(out.force_n, direction), 0.0, was);

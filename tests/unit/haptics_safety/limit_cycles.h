@@ -28,7 +28,7 @@ inline std::ostream& operator<<(std::ostream& out, const LoopCase& c) {
                << c.grip;
 }
 
-// Where the hand means to be by a function of time: along x, or anywhere.
+// The place where the hand means to be by a function of time: along x, or anywhere.
 template <class Place>
 class HandAlong final : public HandSource {
  public:
@@ -49,7 +49,7 @@ class HandAlong final : public HandSource {
     Place place_;
 };
 
-// What is solid: x > 0; or x above waves along y, which push a hand that slides by both axes.
+// Solid places: x > 0; or x above waves along y, which push a hand that slides by both axes.
 struct FlatWall {
     glm::dvec3 force_n(glm::dvec3 x, double k) const { return {-k * std::max(0.0, x.x), 0, 0}; }
 };

@@ -25,7 +25,7 @@ inline std::vector<LoopCase> all_loops() {
     return cases;
 }
 
-// What holds for each of them. The motors give no more than their largest force at the speed at
+// This holds for each of them. The motors give no more than their largest force at the speed at
 // which the velocity trip ends it, for as long as a cycle may last.
 inline void expect_it_is_ended(const LoopCase& c, const LoopResult& r) {
     const SafetyLimits limits;
@@ -33,7 +33,7 @@ inline void expect_it_is_ended(const LoopCase& c, const LoopResult& r) {
     EXPECT_LE(r.most_n, limits.most_force_n) << c;
     if (r.fault_s >= 0.0) {
         EXPECT_TRUE(r.faults & (kFaultShaking | kFaultVelocity)) << c << fault_text(r.faults);
-        // What has begun; where the fault was first, nothing had.
+        // This is about a cycle that has begun; if the fault was first, none had.
         if (r.begun_s >= 0.0) {
             EXPECT_LE(r.fault_s - r.begun_s, ends_s) << c;
         }

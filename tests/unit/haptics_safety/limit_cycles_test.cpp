@@ -27,7 +27,7 @@ TEST(LimitCycles, QuickHandsAreLetBe) {
     for (uint64_t seed = 1; seed <= 30; ++seed)
         most_n = std::max(most_n, expect_it_is_let_be(quick_hand(seed)).most_n);
     EXPECT_GT(most_n, 3.0);
-    // Of the first 2000, hands that were once taken for a limit cycle: they tap, and the handle
+    // Hands among the first 2000 that were once taken for a limit cycle: they tap, and the handle
     // rings after each blow, or they tremble while a drill vibrates at 100 Hz.
     for (const uint64_t seed : {135, 187, 443, 486, 521, 677, 831, 1024, 1491, 1895})
         expect_it_is_let_be(quick_hand(seed));

@@ -154,7 +154,7 @@ TEST(Passivity, NoHandIsGivenMoreThanIsMadeBeforeDampingActs) {
                 for (int64_t now = 0; now < 3'000'000'000; now += 1'000'000) {
                     device.read(now, sample);
                     const double true_m = std::max(0.0, -device.true_position_m().x);
-                    // What the wall has still to give back is the hand's.
+                    // Energy that the wall has still to give back is the hand's.
                     most_j = std::max(most_j, device.motor_work_j() + 0.5 * k * true_m * true_m);
                     if (true_m > 0.0)
                         most_speed =

@@ -151,7 +151,7 @@ TEST(Slew, RisesByTwoAndFallsByFiveNewtonsAMillisecond) {
         1e-14);
 }
 
-// What is new in a force is what lies beyond the old one let go in part.
+// The new part of a force is what lies beyond the old one let go in part.
 double new_n(glm::dvec3 before, glm::dvec3 force) {
     const double size = glm::length(before);
     const glm::dvec3 direction = size > 0.0 ? before / size : glm::dvec3(0);

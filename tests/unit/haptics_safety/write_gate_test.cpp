@@ -52,7 +52,7 @@ TEST(WriteGate, AWriteThatHangsIsClosedAndMustBeTakenBack) {
     EXPECT_TRUE(gate.reopen(113 * kMs));
 }
 
-// What the device was told last.
+// The last message to the device.
 enum Told : int { kNothing, kOldForce, kNewForce, kHalted };
 
 // A servo that hung in a tick sends what it worked out before and perhaps ticks once more, while a

@@ -31,7 +31,7 @@ TEST(ServoThread, TicksOnTimeUntilToldToStopAndSaysWhatItGot) {
                                return ++ticks < 300;
                            }});
         EXPECT_FALSE(thread.state().policy.empty());
-        // What was asked for and not obtained is said.
+        // Anything that was asked for and not obtained is said.
         EXPECT_EQ(thread.state().real_time && thread.state().locked, thread.state().why.empty())
             << thread.state().why;
         while (!thread.ended())

@@ -112,7 +112,7 @@ TEST(TickGuard, NoInputAllocatesFreesOrLocksWhileTheEditorSleepsAndWakes) {
     }
 }
 
-// What a servo's thread locks in memory: the object that ticks, and one that it wraps.
+// A servo's thread locks this in memory: the object that ticks, and one that it wraps.
 TEST(TickGuard, EveryAlgorithmNamesItsMemory) {
     for (const AlgorithmEntry& entry : algorithms()) {
         const std::unique_ptr<Algorithm> algorithm = entry.make();

@@ -23,7 +23,7 @@
 
 extern char** environ;
 
-// What a tick takes of its thread's processor time in a 512^3 volume and in a head CT, while an
+// The processor time that a tick takes of its thread in a 512^3 volume and in a head CT, while an
 // editor cuts at full speed and the program draws, and that it allocates, locks and faults no page
 // in. PALPATE_TICKS (10^6) sets how many ticks, PALPATE_ALGORITHM (swept-tool) which algorithms in
 // the phantom, separated by commas. Bounds are those of this kind of machine.

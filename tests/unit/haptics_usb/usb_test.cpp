@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 constexpr int64_t kMs_ns = 1'000'000;
 
-// What passes a model: each message to it, and the stream of bytes from it.
+// Listens to a model: each message to it, and the stream of bytes from it.
 class Listener final : public FakePeer {
  public:
     explicit Listener(FakePeer& peer) : peer_(peer) {}
@@ -107,8 +107,8 @@ TEST_F(UsbTest, AFalconAnswersTenThousandPackets) {
     EXPECT_NE(model.command().motors, (falcon::Counts{}));
 }
 
-// That halt() ends it too cannot be shown here: umockdev does not follow a descriptor that fcntl(2)
-// duplicates. tests/unit/haptics_servo/raw_halt_test.cpp shows what it sends.
+// This test cannot show that halt() ends it, too: umockdev does not follow a descriptor that
+// fcntl(2) duplicates. tests/unit/haptics_servo/raw_halt_test.cpp shows what it sends.
 TEST_F(UsbTest, ClosingEndsAllForce) {
     Result<std::unique_ptr<HapticDevice>> device = open();
     ASSERT_TRUE(device) << device.error().message;

@@ -176,7 +176,7 @@ inline DicomData samples(uint16_t columns, uint16_t rows, uint16_t allocated, ui
     return data;
 }
 
-// Where an image lies, as classic images state it.
+// States the place of an image, as classic images do.
 inline void place(DicomData& data, const std::string& position, const std::string& axes,
                   const std::string& spacing) {
     data.put(0x20, 0x32, "DS", position).put(0x20, 0x37, "DS", axes);

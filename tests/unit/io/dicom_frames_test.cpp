@@ -1,5 +1,5 @@
-// Where the frames of DICOM files lie, and how they follow one another: files made at random from a
-// known answer, in every encoding.
+// The places of the frames of DICOM files, and how they follow one another: files made at random
+// from a known answer, in every encoding.
 
 #include <gmock/gmock.h>
 

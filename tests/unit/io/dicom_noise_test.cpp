@@ -149,7 +149,7 @@ TEST(DicomNoise, OfDirectionsMakesOneVolume) {
         EXPECT_NEAR(glm::length(grid.world_from_index[2]), truth.step, 1e-9);
         const glm::dvec3 x(grid.world_from_index[0]), y(grid.world_from_index[1]);
         EXPECT_NEAR(glm::dot(glm::normalize(x), glm::normalize(y)), 0, 1e-9);
-        // What is said is the largest distance between a sample as an image states it and as the
+        // The warning says the largest distance between a sample as an image states it and as the
         // grid has it, in two digits.
         double off = 0, degrees = 0;
         for (const DicomFrame& image : stated) {

@@ -1,4 +1,4 @@
-// Where the frames of nuclear medicine lie, and how they follow one another.
+// The places of the frames of nuclear medicine, and how they follow one another.
 
 #include <gmock/gmock.h>
 

@@ -141,7 +141,7 @@ TEST_P(Segmentation, StatedSpacingCountsWhereEverySecondSliceIsEmpty) {
         read(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 4, all(1)}, {1, 8, all(1)}}));
     ASSERT_TRUE(loaded) << loaded.error().message;
     EXPECT_EQ(loaded->volume.size().z, 5u);
-    // Where none is stated, the smallest gap does.
+    // The smallest gap is the step if none is stated.
     const auto unstated =
         read(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 4, all(1)}, {1, 12, all(1)}}, nullptr));
     ASSERT_TRUE(unstated) << unstated.error().message;

@@ -31,7 +31,7 @@ class DicomStructures : public testing::Test {
     test::Folder folder_{"structure"};
 };
 
-// Where an element of an explicit little-endian file begins.
+// The place where an element of an explicit little-endian file begins.
 size_t place_of(const std::string& file, uint16_t group, uint16_t number) {
     return file.find(test::little(group, 2) + test::little(number, 2));
 }
@@ -149,7 +149,7 @@ TEST_F(DicomStructures, AFileThatItsCodecDoesNotDecodeIsPassedOver) {
         else
             EXPECT_TRUE(std::isnan(loaded->volume.value({3, 2, 2})));
     }
-    // Where none is decoded, the refusal names one and why.
+    // If none is decoded, the refusal names one and why.
     for (int z = 0; z < 5; ++z) {
         std::string file = test::encoded(test::dicom_slice(z, 2.5, 8, 8), test::kJpegLsLossless);
         file.replace(file.find(test::kJpegLsLossless), 22, "1.2.840.10008.1.2.4.92");

@@ -13,7 +13,7 @@
 
 namespace palpate::io {
 
-// What a decoder gave when run in this process, with the stored values as doubles.
+// The result of a decoder run in this process, with the stored values as doubles.
 struct DecodedHere {
     Decoded decoded;
     VoxelClaim claim;

@@ -11,7 +11,7 @@
 #include "engine/volume/builder.h"
 #include "tests/unit/io_formats/sample_files.h"
 
-// What others read from the files written here: ITK for NRRD and MetaImage, nibabel for NIfTI.
+// Others read the files written here: ITK reads NRRD and MetaImage, nibabel NIfTI.
 namespace palpate::io {
 namespace {
 

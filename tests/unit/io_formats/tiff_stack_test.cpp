@@ -1,4 +1,4 @@
-// What ImageJ and OME state in TIFF files: slices, channels, times and spacing.
+// ImageJ and OME state these in TIFF files: slices, channels, times and spacing.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What becomes of every file of the folder of real data: loaded with these numbers, or refused with
-// these words.
+// Every file of the folder of real data is loaded with these numbers, or refused with these
+// words.
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>

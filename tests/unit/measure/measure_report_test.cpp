@@ -88,7 +88,7 @@ TEST(MeasureReport, HeadlinesCarryTheirUnit) {
     EXPECT_EQ(text(&Measured::volume_mm3, 14137.2), "14.1 ml");
 }
 
-// Of 1 .. 100 the percentile p is the number p.
+// The percentile p of 1 .. 100 is the number p.
 TEST(Statistics, PercentilesAreNearestRanks) {
     std::vector<float> values;
     for (int i = 100; i >= 1; --i)

@@ -193,7 +193,7 @@ TEST(Measure, ASphereHoldsTheSamplesThatAllOfThemAreAskedFor) {
     }
 }
 
-// Of a linear field the mean over a ball is the value at its centre. The samples stand for cells
+// The mean of a linear field over a ball is the value at its centre. The samples stand for cells
 // that differ from the ball by a shell of half a cell's diagonal d to each side of its surface, of
 // the volume S = 4/3 pi ((r + d)^3 - (r - d)^3); values there differ from the centre's by at most
 // |slope| (r + d).

@@ -119,7 +119,7 @@ TEST(CompareMeshes, KnowsTheFarthestPointBetweenVertices) {
 }
 
 TEST(CompareMeshes, OfShiftedBallsIsTheShift) {
-    // Of two equal spheres d apart the farthest point is d away: by the triangle inequality no
+    // The farthest point of two equal spheres d apart is d away: by the triangle inequality no
     // farther, and at the pole in the direction of the shift exactly so.
     const Mesh ball = meshes::ball(10.0, 4);
     for (const glm::dvec3 shift : {glm::dvec3(0.5, 0, 0), glm::dvec3(0, 0, 3)}) {

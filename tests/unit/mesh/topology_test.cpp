@@ -101,7 +101,7 @@ TEST(Topology, TorusHasEulerNumberZeroAndItsFacetedVolume) {
     EXPECT_TRUE(found.closed && found.manifold && found.consistently_oriented);
     EXPECT_EQ(found.euler_number, 0);
     EXPECT_EQ(found.triangles, 2u * m * n);
-    // Of a faceted torus: the tube's polygon has its area times sin(2 pi/n)/(2 pi/n), and the way
+    // The torus is faceted: the tube's polygon has its area times sin(2 pi/n)/(2 pi/n), and the way
     // round is shorter by sin(2 pi/m)/(2 pi/m); quads are planar, so triangles add nothing.
     // Vertices are floats: 2^-24 of a radius each way.
     const auto shrunk = [](double count) {

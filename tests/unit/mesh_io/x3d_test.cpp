@@ -32,7 +32,7 @@ class X3d : public TemporaryFolder {
     static glm::dvec3 world(const Mesh& mesh, size_t i) {
         return glm::dvec3(mesh.world_from_mesh * glm::dvec4(glm::dvec3(mesh.positions[i]), 1.0));
     }
-    // Of a closed surface without holes. The positions are floats of at most 4 m about the middle.
+    // Expects a closed surface without holes. Positions are floats of at most 4 m about the middle.
     static double volume_mm3(const Mesh& mesh) {
         const MeshTopology found = topology(mesh);
         EXPECT_TRUE(found.closed);

@@ -60,7 +60,7 @@ std::vector<glm::dvec3> directions() {
     return all;
 }
 
-// What the definition gives for the corner: a place at t along d is distance + d t from a wall.
+// The corner's openness by the definition: a place at t along d is distance + d t from a wall.
 double expected_openness(int planes, glm::dvec2 from_walls, double radius_mm) {
     const double fall = radius_mm / 16.0;
     double sum = 0.0, weights = 0.0;
@@ -114,7 +114,7 @@ TEST(AmbientOcclusion, ACornerOfTwoPlanesIsHalfOpenAndOfThreeAQuarter) {
     }
 }
 
-// Of a corner of planes every place is a function of distance by radius that rises.
+// Every place at a corner of planes is a function of distance by radius that rises.
 TEST(AmbientOcclusion, ALargerRadiusOpensNothing) {
     const SceneData data{corner(3), std::nullopt};
     double before = 1.0;

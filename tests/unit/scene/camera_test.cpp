@@ -11,7 +11,7 @@ double distance(glm::dvec3 a, glm::dvec3 b) {
     return glm::length(a - b);
 }
 
-// Where a world point lands, in pixels, by solving ray_through for it.
+// The pixel in which a world point lands, by solving ray_through for it.
 glm::dvec2 pixel_of(const View& view, glm::dvec3 point, glm::uvec2 size_px) {
     const glm::dvec3 to = point - view.eye_mm;
     const double depth =

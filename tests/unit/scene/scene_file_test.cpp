@@ -258,7 +258,7 @@ TEST(SceneFile, ThePresetsOpacityIsByTheSizeOfTheVolumeAndTheGivenOneIsNot) {
         const Result<SceneFile> file =
             parse(fmt::format(R"({{"ray_cast": {{"transfer": {}}}}})", transfer));
         EXPECT_TRUE(file) << file.error().message;
-        // What was written says the same.
+        // The written scene says the same.
         const Result<SceneFile> again = parse(write_scene(*file));
         EXPECT_TRUE(again) << again.error().message;
         const Grid grid = make_grid({30, 40, 120}, glm::dvec3(spacing_mm));
@@ -289,7 +289,7 @@ TEST(Presets, AreUsableTransferFunctions) {
     ASSERT_GE(preset_names().size(), 6u);
     for (const std::string_view name : preset_names()) {
         const TransferFunction function = *preset(name);
-        // What the reader accepts is what a preset must be.
+        // A preset must be what the reader accepts.
         const Json json = transfer_function_json(function);
         JsonErrors errors{"preset", {}};
         EXPECT_EQ(read_transfer_function(JsonValue(json, "", errors), {}), function) << name;

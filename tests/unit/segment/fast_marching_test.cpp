@@ -176,8 +176,8 @@ TEST(FastMarching, TakesUnevenSpacingAndTurnedAxes) {
     const SeedBall point[] = {{1, center, 0.0}};
     const Volume plain = march(constant(grid), {.balls = point});
     const auto distance = [&](glm::dvec3 p) { return glm::length(p - center); };
-    // Of second order in the longest step, 2 mm, over about 30 mm: h^2 / R with R = 7.5 mm, the
-    // reach of the near field.
+    // Second order in the longest step, 2 mm, over about 30 mm: h^2 / R with R = 7.5 mm, the reach
+    // of the near field.
     EXPECT_LE(off(plain, distance).max, 2.0 * 2.0 / 7.5);
     EXPECT_LE(off(plain, distance).mean, 0.1);
     const double c = std::cos(0.5), s = std::sin(0.5);

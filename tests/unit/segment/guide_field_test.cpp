@@ -35,7 +35,7 @@ TEST(GuideField, OfLabelsIsTheirDistanceBeyondTheVolumeToo) {
                         0.5 * std::sqrt(1 + 1 + 4.0) + 0.5);
     const Volume near = *guide_to_labels(labels, 3.0, {});
     EXPECT_EQ(near.range().max, 3.0f);
-    // Of a wall it is exact: its samples end at x = 5.
+    // The distance of a wall is exact: its samples end at x = 5.
     const Grid grid = make_grid({12, 9, 9}, glm::dvec3(1.0));
     const Volume wall = *guide_to_labels(
         make_volume(grid, ScalarType::u8, [](glm::uvec3 i) { return i.x <= 5 ? 1.0 : 0.0; }), 9.0,

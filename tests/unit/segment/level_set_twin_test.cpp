@@ -53,7 +53,7 @@ class Dense {
     }
 
  private:
-    // Of third order from one side: the second differences there and one on, the smoother favoured.
+    // Third order from one side: the second differences there and one on, the smoother favoured.
     double one_sided(glm::ivec3 i, int axis, int side) const {
         glm::ivec3 e(0);
         e[axis] = side;

@@ -161,7 +161,7 @@ TEST(Methods, AFrontWithoutABoundaryTellsItsTimes) {
     EXPECT_TRUE(bounded->unbounded.empty());
 }
 
-// What a method found comes out by the parameter's name, and gives the same if it is given.
+// A value that a method found has the parameter's name, and gives the same if it is given.
 TEST(Methods, WhatWasFoundCanBeGiven) {
     const Volume volume = noisy_ball();
     const SeedBall balls[] = {{1, {0, 0, 0}, 5.0}, {2, {20, 20, 20}, 4.0}};

@@ -12,7 +12,7 @@
 #include "engine/segment/methods.h"
 #include "engine/volume/volume.h"
 
-// What every row of the tables of filters and methods must take, and how a row is called.
+// The volumes that every row of the tables of filters and methods must take, and a row's name.
 namespace palpate::tables {
 
 struct VolumeCase {

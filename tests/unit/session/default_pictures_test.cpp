@@ -1,5 +1,5 @@
-// What is seen by default of 36 kinds of data: an object must stand out from what surrounds it, in
-// slices and in rays of modes mip and alpha.
+// Default pictures of 36 kinds of data: an object must stand out from what surrounds it, in slices
+// and in rays of modes mip and alpha.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ double noise(glm::uvec3 at, uint32_t seed) {
     h = (h ^ h >> 13) * 3266489917u;
     return ((h ^ h >> 16) >> 8) * 0x1p-24;
 }
-// Of mean 0 and standard deviation 1 (Irwin and Hall's sum of 12).
+// Noise of mean 0 and standard deviation 1 (Irwin and Hall's sum of 12).
 double normal(glm::uvec3 at, uint32_t seed) {
     double sum = -6.0;
     for (uint32_t i = 0; i < 12; ++i)
@@ -174,8 +174,8 @@ struct Contrast {
     double object = 0.0, around = 0.0, sd_around = 0.0; // 0 .. 255
 };
 
-// Of pixels whose ray meets the object, and of those whose ray meets the volume but nothing of the
-// object.
+// Compares pixels whose ray meets the object with those whose ray meets the volume but nothing of
+// the object.
 Contrast contrast_of(const Scene& scene, const Kind& kind) {
     const std::vector<double> grey = greys(scene, made(kind.type, kind.value));
     const std::vector<double> object = shown_part(scene, kind.object);

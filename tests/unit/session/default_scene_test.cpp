@@ -67,7 +67,7 @@ TEST(DefaultScene, SmallValuesThatAreMeantToBeBrightAreShownSo) {
         EXPECT_EQ(mip.colors.front().color.x, 1.0);
         EXPECT_EQ(mip.colors.back().color.x, 0.0);
         EXPECT_GT(mip.opacities.front().opacity, mip.opacities.back().opacity);
-        // What is chosen by Hounsfield units stands for matter, not for a shade of grey.
+        // A choice by Hounsfield units stands for matter, not for a shade of grey.
         const bool hu = *modality == 'C';
         const double iso = default_ray_cast(RayMode::iso, plain).isos.front().value;
         const double other = default_ray_cast(RayMode::iso, turned).isos.front().value;

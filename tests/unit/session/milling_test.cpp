@@ -7,7 +7,7 @@
 #include "engine/volume/builder.h"
 #include "haptics/device/recorded.h"
 
-// What a session says of the material that goes, and what the hand feels of it.
+// A session tells of the material that goes, and the hand feels it.
 namespace palpate {
 namespace {
 

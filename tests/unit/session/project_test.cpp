@@ -83,14 +83,14 @@ TEST_F(ProjectTest, GoesOnFromWhereItWasLeftWithOrWithoutASave) {
             ASSERT_TRUE(done) << done.error().message;
             ASSERT_EQ(what_is_there(), expected()[size_t(to)]) << from << " to " << to;
         }
-        // Of four saves, only what the last one needs is there.
+        // Only the files that the last of four saves needs are there.
         EXPECT_TRUE(files().contains("journal-4"));
         for (const std::string& name : files())
             EXPECT_TRUE(name == "journal-4" || !name.starts_with("journal")) << name;
     }
 }
 
-// What a person did before a save can be taken back after it, in the session and from the journal.
+// Steps from before a save can be taken back after it, in the session and from the journal.
 TEST_F(ProjectTest, UndoGoesBeyondASave) {
     make();
     {

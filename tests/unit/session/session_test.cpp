@@ -29,7 +29,7 @@ SessionSetup setup() {
             .edit = {.threaded = false}};
 }
 
-// What is felt, seen and meshed is the document, after everything a person does; and the whole is a
+// The document is what is felt, seen and meshed, after everything a person does; and the whole is a
 // function of what goes in.
 TEST(Session, AllFollowTheDocument) {
     std::vector<std::string> states[2];
@@ -115,8 +115,8 @@ TEST(Session, DrillingInThreeStepsRemovesMaterialWhereTheHandIs) {
             continue;
         }
         ASSERT_FALSE(poses.empty());
-        // What a ball swept along the hand's way removes, from 2 mm of depth to the end: with the
-        // half balls at both ends, to a shell of half a sample.
+        // The volume that a ball swept along the hand's way removes, from 2 mm of depth to the end:
+        // with the half balls at both ends, to a shell of half a sample.
         double removed_mm3 = 0.0;
         for (uint32_t i = 0; i < 40 * 40 * 40; ++i) {
             const glm::uvec3 at(i % 40, i / 40 % 40, i / 1600);

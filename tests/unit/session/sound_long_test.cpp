@@ -49,7 +49,7 @@ Round run(Session& session, bool with_sound) {
     const Result<void> started =
         session.start({device, *find_algorithm("swept-point"), workspace, options, {}, {}});
     EXPECT_TRUE(started);
-    // What a window does in each of its frames.
+    // A window does this in each of its frames.
     constexpr int64_t kFrame_ns = 16'000'000;
     const int64_t until_ns = monotonic_ns() + static_cast<int64_t>(1e9 * kRound_s);
     while (monotonic_ns() < until_ns) {

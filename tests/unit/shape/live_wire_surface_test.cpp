@@ -33,7 +33,7 @@ Frame frame_of(glm::dvec3 z) {
     return {x, glm::cross(z, x), z};
 }
 
-// Where the plane dot(normal, p) = offset cuts the unit ball, as a curve on an ellipsoid.
+// The cut of the plane dot(normal, p) = offset with the unit ball, as a curve on an ellipsoid.
 WireCurve cut_of_ellipsoid(glm::dvec3 normal, double offset, glm::dvec3 center, glm::dvec3 semi) {
     const Frame f = frame_of(normal);
     const double r = std::sqrt(1.0 - offset * offset);
@@ -207,7 +207,7 @@ TEST(LiveWireSurface, ARingStaysOpenInItsMiddle) {
               0.5 * 1.17 * 2.0 / tube);
 }
 
-// Of a ball that a live-wire follows between a few points, each three samples off the edge.
+// A live-wire follows a ball between a few points, each three samples off the edge.
 TEST(LiveWireSurface, CurvesFollowEdgesBetweenPoints) {
     const Grid grid = make_grid({50, 50, 50}, {1, 1, 1}, {-24.5, -24.5, -24.5});
     const Volume ball = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {

@@ -97,7 +97,7 @@ TEST(Morphology, BallsAreThoseOfTheirDefinitionOnUnevenSpacing) {
         }
 }
 
-// Of more rows than are joined: a threshold of the distance.
+// Balls of more rows than are joined: a threshold of the distance.
 TEST(Morphology, SoAreLargeBalls) {
     const glm::dvec3 spacing(0.5, 0.8, 2.0);
     const glm::uvec3 size(70, 6, 4);

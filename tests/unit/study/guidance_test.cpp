@@ -25,8 +25,8 @@ TEST(Guidance, DrawsNearerToWhatIsMeantAndMakesNoEnergy) {
     EXPECT_LE(rows["seeds"][true]["proxy_outside_share"].number,
               rows["seeds"][false]["proxy_outside_share"].number);
     for (auto& [task, states] : rows) {
-        // What a spring of k makes in its first tick T, which the controller takes back in the
-        // next: k v^2 T^2 / 2, for a hand of at most 0.1 m/s.
+        // The energy that a spring of k makes in its first tick T, which the controller takes back
+        // in the next: k v^2 T^2 / 2, for a hand of at most 0.1 m/s.
         EXPECT_LE(states[true]["largest_energy_mj"].number, 1e3 * 500.0 * 1e-8 / 2.0) << task;
         EXPECT_EQ(states[true]["faults"].number, 0.0) << task;
         EXPECT_EQ(states[false]["largest_force_n"].number, 0.0) << task;

@@ -27,8 +27,8 @@ TEST(LiverPhantom, IsAFunctionOfItsNumber) {
     EXPECT_NE(a.volume.grid(), c.volume.grid());
 }
 
-// Of 369 adults CT found 594 ml at least (Feng et al., World J. Gastroenterol. 2017, 23:4968); of
-// 2773 MR found 1505 +- 385 ml (reference values, Eur. J. Radiol. 2018, 106:32), the upper end of
+// CT found 594 ml at least in 369 adults (Feng et al., World J. Gastroenterol. 2017, 23:4968); MR
+// found 1505 +- 385 ml in 2773 (reference values, Eur. J. Radiol. 2018, 106:32), the upper end of
 // which is taken at two standard deviations.
 TEST(LiverPhantom, HasALiverOfAPersonsSizeAwayFromTheBorder) {
     for (uint64_t number = 0; number < 6; ++number) {

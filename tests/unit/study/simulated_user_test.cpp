@@ -48,7 +48,7 @@ TEST(SimulatedUser, IsAFunctionOfItsSeed) {
     EXPECT_NE(first(1), first(2));
 }
 
-// Of 600 balls some 300 aim beside a thin shell; without mistakes none stays there.
+// Some 300 of 600 balls aim beside a thin shell; without mistakes none stays there.
 TEST(SimulatedUser, KeepsAsManyMistakesAsItsHabitsSay) {
     const Volume truth = balls(false, 9.0); // nowhere deep enough: all aim at its middle
     const auto outside = [&](double kept) {

@@ -160,7 +160,7 @@ struct Shape {
 };
 constexpr double kRadius_mm = 10.0, kRing_mm = 9.0, kTube_mm = 4.0;
 
-// Of the exact sphere of the Gaussian: exp(-r^2 / (2 sigma^2)) = iso.
+// The shapes; for the Gaussian, its exact sphere: exp(-r^2 / (2 sigma^2)) = iso.
 std::vector<Shape> shapes() {
     const double sigma = 6.0, r = sigma * std::sqrt(-2.0 * std::log(0.25));
     return {
@@ -237,7 +237,7 @@ std::vector<Bounded> bounded_fields(double h) {
     const double lobb_bend = share * (std::pow(kPi * kPi * 6.0, 2) + 2.0 * kPi * kPi * kPi * 3.0) +
                              kPi * kPi / 4.0 / 2.5;
     return {
-        // Of a distance, the bend is at most one over the distance to where it is not smooth.
+        // The bend of a distance is at most one over the distance to where it is not smooth.
         {"sphere", synthetic::sphere_distance({}, kRadius_mm), 0.0f, 1.0, 1.0 / (kRadius_mm - h)},
         {"torus", synthetic::torus({}, kRing_mm, kTube_mm), 0.0f, 1.0, 1.0 / (kTube_mm - h)},
         {"gaussian", synthetic::gaussian({}, sigma, 1.0), 0.25f, std::exp(-0.5) / sigma,

@@ -25,9 +25,9 @@ inline void expect_sound(const MeshTopology& found) {
     EXPECT_EQ(found.degenerate_triangles, 0u);
 }
 
-// Where no exact area or volume is known: each halving of the spacing moves both by a quarter of
-// what the one before did, or by less where leading terms cancel. Closed at the border, whose walls
-// are the same but for 2^-12 of a sample.
+// For fields without a known exact area or volume: each halving of the spacing moves both by a
+// quarter of what the one before did, or by less where leading terms cancel. Closed at the border,
+// whose walls are the same but for 2^-12 of a sample.
 inline void expect_order_two(const synthetic::Field& field, float iso,
                              std::array<uint32_t, 3> sides) {
     std::array<double, 3> area, volume;

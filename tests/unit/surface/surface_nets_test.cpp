@@ -205,7 +205,7 @@ TEST(SurfaceNets, TwoLabelsNeverTouchThemselves) {
     }
 }
 
-// Where no face is split and no cell has two vertices, walls are the faces of voxels.
+// Walls are the faces of voxels if no face is split and no cell has two vertices.
 TEST(SurfaceNets, UnsmoothedVolumesAreThoseOfTheVoxels) {
     const Volume volume = make_labels({20, 16, 8}, [](glm::uvec3 i) {
         return i.x < 7 ? 2.0 : i.y < 5 ? 300.0 : i.z < 3 ? 0.0 : 4.0;

@@ -275,7 +275,7 @@ TEST(SurfaceTracker, MayInterpolateAndTakeNormalsFromGradients) {
     EXPECT_GT(before.vertex_normal_max_deg, 10.0);
     for (size_t v = 0; v < mesh.positions.size(); ++v)
         ASSERT_LE(glm::length(mesh.positions[v] - coarse.positions[v]), 1.0f);
-    // Where labels were edited and V does not cross iso, vertices stay midway.
+    // Vertices stay midway where labels were edited and V does not cross iso.
     VolumeEdit edit(labels);
     edit.set({1, 1, 1}, 1);
     const Volume edited = edit.commit();

@@ -151,7 +151,7 @@ inline bool check_random_grid(std::mt19937& random) {
                     inside |= static_cast<uint8_t>((d[c] > 0) << c);
                 }
                 const std::array<int, 8> faces = boundary_truth(d);
-                // What is inside a wall's cell clings to the samples' face, and the rest is one.
+                // The inside of a wall's cell clings to the samples' face, and the rest is one.
                 const bool wall = std::min({x, y, z}) == 0 || std::max({x, y, z}) == kSide;
                 const auto truth = wall ? std::optional(faces) : trilinear_truth(d);
                 if (!truth)

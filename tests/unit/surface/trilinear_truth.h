@@ -187,9 +187,9 @@ class TrilinearTruth {
     std::map<Place, size_t> number_;
 };
 
-// What the interpolant connects. Where a saddle's value ties with iso or nearly so, a part round it
-// is simple only once its size squared, times the curvature, is below what is left: of ties, 2^-20.
-// 12 cuts may not do then (one cell in some 100 000 of whole numbers), 24 do.
+// Finds the corners that the interpolant connects. Where a saddle's value ties with iso or nearly
+// so, a part round it is simple only once its size squared, times the curvature, is below what is
+// left: of ties, 2^-20. 12 cuts may not do then (one cell in some 100 000 of whole numbers), 24 do.
 inline std::optional<std::array<int, 8>> trilinear_truth(const std::array<Real, 8>& corners) {
     if (const auto found = TrilinearTruth<Real, 12>(corners).classes())
         return found;
@@ -198,7 +198,7 @@ inline std::optional<std::array<int, 8>> trilinear_truth(const std::array<Real, 
     return TrilinearTruth<Quad, 24>(wide).classes();
 }
 
-// What the six faces connect, each by its bilinear saddle.
+// Finds the corners that the six faces connect, each by its bilinear saddle.
 inline std::array<int, 8> boundary_truth(const std::array<Real, 8>& d) {
     Union groups(8);
     for (int c = 0; c < 8; ++c)

@@ -41,7 +41,7 @@ const TouchCase& named(const std::vector<TouchCase>& cases, std::string_view nam
     return cases.front();
 }
 
-// Where the middle of a ball rests, the ball touches and does not enter; and no place of a search
+// A ball at the place where its middle rests touches and does not enter; and no place of a search
 // about the middle's goal is both nearer and free of the ball.
 TEST(GrownSolid, HoldsABallWhereItTouches) {
     std::mt19937_64 random(5);

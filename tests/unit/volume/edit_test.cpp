@@ -68,7 +68,7 @@ std::vector<ChangedBrick> changes_by_brute_force(Flat& before, Flat& after) {
     return changed;
 }
 
-// What a type makes of a written value: rounded to nearest even, clamped; no data is one NaN.
+// The value that a type stores: rounded to nearest even, clamped; no data is one NaN.
 float stored(ScalarType type, double value) {
     return visit_scalar(type, [&](auto t) {
         using T = decltype(t);
