@@ -4,6 +4,7 @@ import json
 import os
 import struct
 import subprocess
+import time
 
 from person import Person, VOLUME, until
 
