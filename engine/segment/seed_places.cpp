@@ -124,37 +124,63 @@ glm::ivec3 settled(const Slopes& slopes, glm::ivec3 at, double least) {
 
 } // namespace
 
+namespace {
+
+// The seeds of one ball, or those that lie in none.
+struct Group {
+    std::vector<size_t> seeds;
+    std::optional<glm::ivec3> center;
+};
+
+std::vector<Group> groups_of(const Grid& grid, std::span<const glm::ivec3> places, uint16_t label,
+                             std::span<const SeedBall> balls) {
+    std::vector<Group> groups(1);
+    std::vector<bool> is_in_ball(places.size(), false);
+    for (const SeedBall& ball : balls) {
+        if (ball.label != label)
+            continue;
+        Group& of = groups.emplace_back();
+        of.center = glm::ivec3(glm::round(index_point(grid, ball.center_mm)));
+        for (size_t i = 0; i < places.size(); ++i)
+            if (glm::distance(world_point(grid, glm::dvec3(places[i])), ball.center_mm) <=
+                ball.radius_mm)
+                of.seeds.push_back(i), is_in_ball[i] = true;
+    }
+    for (size_t i = 0; i < places.size(); ++i)
+        if (!is_in_ball[i])
+            groups[0].seeds.push_back(i);
+    return groups;
+}
+
+} // namespace
+
 Volume settled_seeds(const Volume& volume, const Volume& smooth, const Volume& seeds,
                      uint16_t label, std::span<const SeedBall> balls) {
     std::vector<glm::ivec3> places;
     for_each_of_label(seeds, label, [&](glm::ivec3 at) { places.push_back(at); });
     const Slopes slopes(smooth);
     const double least = kNoiseSlope * noise_beside(volume, places);
+    const std::vector<Group> groups = groups_of(volume.grid(), places, label, balls);
     std::vector<float> values;
     for (glm::ivec3& at : places) {
         at = settled(slopes, at, least);
         values.push_back(float(slopes.value(at)));
     }
-    std::vector<float> ascending = values;
-    std::ranges::sort(ascending);
-    bool is_upper = false;
-    const std::optional<float> upper = upper_kind(ascending);
-    if (upper) {
-        double above = 0.0, count = 0.0;
-        for (const SeedBall& ball : balls)
-            if (ball.label == label) {
-                const glm::ivec3 center(glm::round(index_point(volume.grid(), ball.center_mm)));
-                above += slopes.value(settled(slopes, center, least)) >= double{*upper}, ++count;
-            }
-        if (count == 0.0)
-            for (const float v : values)
-                above += v >= *upper, ++count;
-        is_upper = above > 0.5 * count;
-    }
     VolumeEdit edit(make_volume(seeds.grid(), seeds.type(), [](glm::uvec3) { return 0.0; }));
-    for (size_t i = 0; i < places.size(); ++i)
-        if (!upper || (values[i] >= *upper) == is_upper)
-            edit.set(glm::uvec3(places[i]), label);
+    for (const Group& group : groups) {
+        std::vector<float> ascending;
+        for (const size_t i : group.seeds)
+            ascending.push_back(values[i]);
+        std::ranges::sort(ascending);
+        const std::optional<float> upper = upper_kind(ascending);
+        const auto is_upper = [&](double v) { return upper && v >= double{*upper}; };
+        const bool keeps_upper =
+            group.center ? is_upper(slopes.value(settled(slopes, *group.center, least)))
+                         : 2 * std::ranges::count_if(ascending, is_upper) > std::ssize(ascending);
+        for (const size_t i : group.seeds)
+            if (!upper || is_upper(values[i]) == keeps_upper)
+                edit.set(glm::uvec3(places[i]), label);
+    }
     return edit.commit();
 }
 

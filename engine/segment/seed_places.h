@@ -16,9 +16,10 @@ namespace palpate {
 // The side is the sign of g . H g / |g|^2 + trace H (edge_place_speed). The seed climbs, or
 // descends, the steepest way as long as the gradient becomes shorter.
 //
-// Seeds whose places then have values of two kinds (upper_kind) keep the kind of the balls'
-// centres, or without balls that of most. The result is a map of the label alone, on the seeds'
-// grid.
+// Where the seeds of one ball then have values of two kinds (upper_kind), those of its centre's
+// kind stay; of seeds in no ball, those of the more frequent kind. Balls of several kinds, such as
+// white and grey matter, all count: that is what a person says by setting them. The result is a map
+// of the label alone, on the seeds' grid.
 Volume settled_seeds(const Volume& volume, const Volume& smooth, const Volume& seeds,
                      uint16_t label, std::span<const SeedBall> balls);
 
