@@ -54,7 +54,7 @@ MUTANTS = [
     ("engine/gpu/barrier.cpp", "if (covered)", "if (covered || mutated(#, false, true))", "gpu"),
     ("engine/render/cell_distances.cpp", "glm::min(box.high + reach, count)", "glm::min(box.high + mutated(#, reach, reach - 1), count)", "gpu"),
     ("engine/surface_gpu/range_allocator.cpp", "length += before->second;", "length += mutated(#, before->second, 0u);", "gpu|gpu_extract"),
-    ("engine/reference/sampler.cpp", "std::max(to_light, 0.0)", "std::max(to_light, mutated(#, 0.0, 0.1))", "reference|gpu"),
+    ("engine/reference/sampler.cpp", "std::max(to_light, 0.0)", "std::max(to_light, mutated(#, 0.0, 0.1))", "reference|gpu|gpu_light"),
     ("engine/session/kept.cpp", "if (kept.tool_radius_mm)", "if (kept.tool_radius_mm && mutated(#, true, false))", "session"),
     ("haptics/field/triangles.cpp", "const double d1 = glm::dot(ab, ap)", "const double d1 = mutated(#, 1.0, 1.05) * glm::dot(ab, ap)",
      "haptics_proxy|touch"),
