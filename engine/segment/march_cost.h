@@ -21,13 +21,6 @@ Result<Volume> edge_cost(const Volume& volume, double edge, const Task& task);
 Result<double> edge_under_seeds(const Volume& volume, const Volume& seeds, uint16_t label,
                                 const Task& task);
 
-// From the grey values under the seeds (Nystroem et al. 2008, section 3.3: "based on gray-level
-// statistics of the seed-regions", no formula is printed):
-//     C = floor + ((V - mean) / (deviations * sd))^2
-// with the seeds' mean and standard deviation (spread_of), `deviations` > 0 and `floor` > 0. V is
-// first smoothed by (1 2 1) / 4 along each axis `passes` times, as noise of single samples holds a
-// front up everywhere; neighbours without data are left out.
-
 // The values of an object as far as the seeds of a label and what lies around them tell: those
 // under its seeds, but
 // - seeds on a blurred edge count where they settle beside it (settled_seeds);
@@ -39,6 +32,9 @@ Result<double> edge_under_seeds(const Volume& volume, const Volume& seeds, uint1
 //   within `deviations` of the spread. Of each face between it and what lies around, the contrast
 //   is how far values rise or fall on from the mean, sample by sample of the smoothed volume; a
 //   fifth of the faces has less than the object's.
+// `deviations` is above 0; `balls` are those of the seed file, of any label. Values and contrast
+// are in the volume's units. Without a seed of the label the result counts 0 samples. Errors: those
+// of region_growing, and that the task was stopped.
 constexpr uint64_t kFewSeeds = 27;
 struct ObjectValues {
     SeedValues values;
@@ -48,6 +44,12 @@ Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, ui
                                    std::span<const SeedBall> balls, double deviations,
                                    const Task& task);
 
+// From the grey values under the seeds (Nystroem et al. 2008, section 3.3: "based on gray-level
+// statistics of the seed-regions", no formula is printed):
+//     C = floor + ((V - mean) / (deviations * sd))^2
+// with the seeds' mean and standard deviation (spread_of), `deviations` > 0 and `floor` > 0. V is
+// first smoothed by (1 2 1) / 4 along each axis `passes` times, as noise of single samples holds a
+// front up everywhere; neighbours without data are left out.
 struct StatisticsCostOptions {
     double deviations = 2.5, floor = 0.01;
     int passes = 1; // 0 .. 10

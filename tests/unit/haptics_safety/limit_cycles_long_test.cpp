@@ -31,10 +31,9 @@ TEST(LimitCyclesLong, NoQuickHandIsTakenForOne) {
         expect_it_is_let_be(quick_hand(seed));
 }
 
-// Known limits, so that they grow no further: of drawn devices, loops that go on for longer than
-// half a second, of which the worst swings by 11.5 mm at 554 Hz, 7.8 ms behind and not told; and
-// hands that tap and are taken for driven.
-TEST(LimitCyclesLong, OfDrawnDevicesFewLoopsGoOn) {
+// Devices and hands that nothing was chosen on. Known to fail (docs/log/touch.md): the worst loop
+// swings by 11.5 mm at 554 Hz, 7.8 ms behind and not told; hands that tap are taken for driven.
+TEST(LimitCyclesLong, EachLoopOfDrawnDevicesIsEnded) {
     int faults = 0, go_on = 0;
     for (uint64_t seed = 50001; seed <= 51500; ++seed) {
         const OtherLoop other = other_loop(seed);
@@ -52,10 +51,10 @@ TEST(LimitCyclesLong, OfDrawnDevicesFewLoopsGoOn) {
         EXPECT_LE(r.most_n, SafetyLimits{}.most_force_n) << seed;
     }
     EXPECT_GT(faults, 100);
-    EXPECT_LE(go_on, 24);
+    EXPECT_EQ(go_on, 0);
 }
 
-TEST(LimitCyclesLong, FewDrawnHandsThatTapOrSlideAreTakenForOne) {
+TEST(LimitCyclesLong, NoDrawnHandThatTapsOrSlidesIsTakenForOne) {
     int taken = 0;
     for (uint64_t seed = 60001; seed <= 60380; ++seed) {
         const OtherHand hand = other_hand(seed);
@@ -67,7 +66,7 @@ TEST(LimitCyclesLong, FewDrawnHandsThatTapOrSlideAreTakenForOne) {
             ++taken;
         }
     }
-    EXPECT_LE(taken, 6);
+    EXPECT_EQ(taken, 0);
 }
 
 } // namespace
