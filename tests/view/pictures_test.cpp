@@ -5,6 +5,7 @@
 #include <atomic>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <semaphore>
 #include <utility>
 
@@ -78,10 +79,18 @@ class PicturesTest : public ViewerTest {
         all.front().meshes.push_back(tip.at(TipShape::ball, 20.0, {{x_mm, -120.0, 0.0}}));
         return all;
     }
+    // For pictures with a thread, as in the window: a GpuDevice serves one thread, and tests draw
+    // what they compare with on device() meanwhile.
+    GpuDevice& threads_device() {
+        if (!threads_device_)
+            threads_device_.emplace(device());
+        return *threads_device_;
+    }
     Work work_;
     ViewState state_;
 
  private:
+    std::optional<GpuDevice> threads_device_;
     std::counting_semaphore<> made_{0};
 };
 
@@ -115,11 +124,10 @@ TEST_F(PicturesTest, AreTheRenderersWhetherTheyStayOnTheDeviceOrNot) {
 
 // A thread beside the interface, on the same device: as on a graphics card.
 TEST_F(PicturesTest, OfAThreadOnTheInterfacesDeviceBecomeFull) {
-    GpuDevice second(device());
     Pictures full(device(), work_.session(), {.threaded = false});
     full.want(wishes());
     std::vector<Picture> expected = full.draw().value();
-    Pictures pictures(second, work_.session(), told({.frame_ms = 20.0, .stay = true}));
+    Pictures pictures(threads_device(), work_.session(), told({.frame_ms = 20.0, .stay = true}));
     pictures.want(wishes());
     std::vector<Picture> last(kPanels.size());
     for (Picture& picture : until_complete(pictures, 4))
@@ -144,7 +152,7 @@ TEST_F(PicturesTest, NoViewWaitsForAnother) {
     std::vector<Panel> made; // in order
     std::promise<void> done;
     Pictures* of = nullptr;
-    Pictures pictures(device(), work_.session(),
+    Pictures pictures(threads_device(), work_.session(),
                       {.frame_ms = 10.0, .on_picture = [&] {
                            const size_t before = made.size();
                            for (const Picture& picture : of->take())
@@ -172,7 +180,7 @@ TEST_F(PicturesTest, NoViewWaitsForAnother) {
 TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
     for (const bool stay : {false, true}) {
         SCOPED_TRACE(stay);
-        Pictures pictures(device(), work_.session(), told({.frame_ms = 1e6, .stay = stay}));
+        Pictures pictures(threads_device(), work_.session(), told({.frame_ms = 1e6, .stay = stay}));
         pictures.want(wishes());
         std::vector<Picture> last(kPanels.size());
         const auto keep = [&](std::vector<Picture> came) {
@@ -222,7 +230,7 @@ TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
 // A 3D cursor that moves casts no rays: nothing is refined anew, and the picture stays full.
 TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
     state_.stereo.on = true;
-    Pictures pictures(device(), work_.session(), told({.frame_ms = 10.0}));
+    Pictures pictures(threads_device(), work_.session(), told({.frame_ms = 10.0}));
     pictures.want(wishes());
     until_complete(pictures, 4);
     for (int i = 0; i < 5; ++i) {
@@ -261,7 +269,7 @@ TEST_F(PicturesTest, AFigureForPrintIsTheRenderersPictureWithItsMarks) {
         wish.scene.background = glm::dvec3(transparent ? 0.0 : 1.0);
         const PictureLook look{.transparent = transparent,
                                .figure = {.letters = true, .transparent = transparent}};
-        Pictures pictures(device(), work_.session(), {});
+        Pictures pictures(threads_device(), work_.session(), {});
         pictures.want(wishes());
         const auto printed = [&](const std::filesystem::path& to) {
             std::promise<Result<void>> outcome;
@@ -283,7 +291,7 @@ TEST_F(PicturesTest, AFigureForPrintIsTheRenderersPictureWithItsMarks) {
 // The tool of a hand moves over a document that stays.
 TEST_F(PicturesTest, TheToolIsSeenWhereItHasMoved) {
     state_.layout = Layout::volume;
-    Pictures pictures(device(), work_.session(), told({.frame_ms = 10.0}));
+    Pictures pictures(threads_device(), work_.session(), told({.frame_ms = 10.0}));
     for (const double x_mm : {-60.0, 60.0}) {
         pictures.want(with_tool(x_mm));
         Picture seen = std::move(until_complete(pictures, 1).back());
@@ -302,12 +310,13 @@ TEST_F(PicturesTest, AToolThatMovesLeavesTheRestOfThePictureAsItIs) {
     std::vector<bool> complete; // each picture that came since the last wish
     std::counting_semaphore<> told{0};
     Pictures* made = nullptr;
-    Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .on_picture = [&] {
-                                                      const std::scoped_lock held(mutex);
-                                                      for (const Picture& picture : made->take())
-                                                          complete.push_back(picture.complete);
-                                                      told.release();
-                                                  }});
+    Pictures pictures(threads_device(), work_.session(),
+                      {.frame_ms = 1e6, .on_picture = [&] {
+                           const std::scoped_lock held(mutex);
+                           for (const Picture& picture : made->take())
+                               complete.push_back(picture.complete);
+                           told.release();
+                       }});
     made = &pictures;
     const auto pictures_until_full = [&] {
         for (;;) {
@@ -341,17 +350,18 @@ TEST_F(PicturesTest, APictureIsRefinedWhileAToolMoves) {
     size_t moves = 0;
     bool told = false;
     Pictures* made = nullptr;
-    Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .on_picture = [&] {
-                                                      for (const Picture& picture : made->take()) {
-                                                          if (told)
-                                                              continue;
-                                                          told = picture.complete || moves == kMost;
-                                                          if (told)
-                                                              refined.set_value(moves);
-                                                          else
-                                                              made->want(wishes[++moves]);
-                                                      }
-                                                  }});
+    Pictures pictures(threads_device(), work_.session(),
+                      {.frame_ms = 1e6, .on_picture = [&] {
+                           for (const Picture& picture : made->take()) {
+                               if (told)
+                                   continue;
+                               told = picture.complete || moves == kMost;
+                               if (told)
+                                   refined.set_value(moves);
+                               else
+                                   made->want(wishes[++moves]);
+                           }
+                       }});
     made = &pictures;
     pictures.want(wishes[0]);
     EXPECT_EQ(refined.get_future().get(), 1u);
@@ -386,7 +396,7 @@ TEST_F(PicturesTest, APictureInPartsIsGivenUpForAnotherWish) {
             of->want(all[++wished]);
         return true;
     };
-    Pictures pictures(device(), work.session(), told(std::move(options)));
+    Pictures pictures(threads_device(), work.session(), told(std::move(options)));
     of = &pictures;
     pictures.want(all.front());
     until_complete(pictures, 1);
