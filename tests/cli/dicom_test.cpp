@@ -153,5 +153,52 @@ TEST_F(DicomCommands, ResamplingOfOtherVolumesIsSaidToDoNothing) {
                 HasSubstr("has no effect"));
 }
 
+// Small values of a MONOCHROME1 are bright, which no other format states: each command that writes
+// or feels its values says so, and says nothing of the same values as MONOCHROME2.
+TEST_F(DicomCommands, WhatAMonochrome1LosesIsSaid) {
+    for (const bool inverted : {true, false}) {
+        DicomData data = test::samples(8, 4, 16, 16, false);
+        test::place(data, "0\\0\\0", "1\\0\\0\\0\\1\\0", "1\\1");
+        std::vector<int> values(8 * 4);
+        for (int i = 0; i < 32; ++i)
+            values[static_cast<size_t>(i)] = 100 * (i % 8);
+        data.put(0x28, 4, "CS", inverted ? "MONOCHROME1" : "MONOCHROME2");
+        data.put(0x7fe0, 0x10, "OW", test::words_16(values));
+        write("in.dcm", data.file(test::kCtClass, "1.2.5"));
+        const std::string in = file("in.dcm").string();
+        const auto said = [&](const std::vector<std::string>& command) {
+            const ProgramRun ran = run(command);
+            EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+            return ran.messages;
+        };
+        const auto expect_loss = [&](const std::string& messages, const std::string& out) {
+            const std::string lost = fmt::format(
+                "{}: does not hold that small values are bright (MONOCHROME1 of {})", out, in);
+            EXPECT_EQ(messages.find(lost) != std::string::npos, inverted) << messages;
+        };
+        for (const char* name : {"out.nrrd", "out.nii.gz", "out.pbv"}) {
+            const std::string out = file(name).string();
+            expect_loss(said({"convert", in, out}), out);
+            expect_loss(said({"filter", in, "--flip", "x", "-o", out}), out);
+            // A result that is no grey value any more, and labels, have no bright side.
+            EXPECT_THAT(said({"filter", in, "--threshold", "350", "-o", out}),
+                        Not(HasSubstr("MONOCHROME1")));
+            EXPECT_THAT(said({"convert", "--labels", in, out}), Not(HasSubstr("MONOCHROME1")));
+        }
+        write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,4,2,5\n0.1,4,2,0\n");
+        const std::vector<std::string> touch{
+            "touch", in, "--path", file("path.csv").string(), "--device", "exact"};
+        const std::string felt = said(touch);
+        EXPECT_EQ(
+            felt.find("its bright parts are small values (MONOCHROME1), which feel like air") !=
+                std::string::npos,
+            inverted)
+            << felt;
+        std::vector<std::string> of_iso = touch; // a person who says what is solid knows it
+        of_iso.insert(of_iso.end(), {"--iso", "350"});
+        EXPECT_THAT(said(of_iso), Not(HasSubstr("MONOCHROME1")));
+    }
+}
+
 } // namespace
 } // namespace palpate
