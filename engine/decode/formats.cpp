@@ -28,7 +28,7 @@ bool is_dicom(const FileHead& head) {
 }
 bool is_nifti(const FileHead& head) {
     return head.extension == ".nii" || head.extension == ".nii.gz" || head.extension == ".hdr" ||
-           head.extension == ".img";
+           head.extension == ".hdr.gz" || head.extension == ".img" || head.extension == ".img.gz";
 }
 bool is_nrrd(const FileHead& head) {
     return head.bytes.starts_with("NRRD000") || head.extension == ".nrrd" ||

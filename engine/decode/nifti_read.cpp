@@ -1,9 +1,11 @@
+#include <cctype>
 #include <cmath>
 
 #include "engine/decode/formats.h"
 #include "engine/decode/nifti_header.h"
 #include "engine/decode/nifti_labels.h"
 #include "engine/decode/payload.h"
+#include "engine/io/text_header.h"
 
 namespace palpate::io {
 
@@ -86,14 +88,32 @@ Result<uint64_t> voxel_offset(const std::string& name, const NiftiHeader& header
     return static_cast<uint64_t>(offset);
 }
 
-// The two files of a pair differ in their extension only; the voxels may be packed.
-Result<fs::path> image_beside(const fs::path& header) {
-    std::error_code ignored;
-    const std::string name = header.stem().string() + ".img";
-    if (const fs::path packed = header.parent_path() / (name + ".gz");
-        !fs::exists(header.parent_path() / name, ignored) && fs::exists(packed, ignored))
-        return file_beside(header, name + ".gz");
-    return file_beside(header, name);
+bool has_extension(const fs::path& path, std::string_view extension) {
+    const std::string name = lower_case(path.filename().string());
+    return name.ends_with(extension) || name.ends_with(std::string(extension) + ".gz");
+}
+
+// The other file of a pair: only the extension differs, ".hdr" or ".img". Each of the two may be
+// packed, and its letters may be capitals; what is most like the name of `path` comes first.
+Result<fs::path> other_of_pair(const fs::path& path, const char* extension) {
+    const std::string name = path.filename().string();
+    const bool is_packed = lower_case(name).ends_with(".gz");
+    const size_t dot = name.size() - (is_packed ? 7 : 4); // of ".hdr.gz" or ".hdr"
+    const bool is_upper = name[dot + 1] < 'a';
+    std::optional<Error> first;
+    for (const bool upper : {is_upper, !is_upper})
+        for (const bool packed : {is_packed, !is_packed}) {
+            std::string other = std::string(extension) + (packed ? ".gz" : "");
+            if (upper)
+                for (char& letter : other)
+                    letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
+            const Result<fs::path> found = file_beside(path, name.substr(0, dot) + other);
+            if (found)
+                return found;
+            if (!first)
+                first = found.error();
+        }
+    return tl::unexpected(*first);
 }
 
 std::vector<Rescale> rescale_of(const std::string& name, const NiftiHeader& header,
@@ -115,13 +135,13 @@ std::vector<Rescale> rescale_of(const std::string& name, const NiftiHeader& head
 
 Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink) {
     fs::path header_path = request.path;
-    if (request.path.extension() == ".img") {
-        PALPATE_TRY(header_path, file_beside(request.path, request.path.stem().string() + ".hdr"));
+    if (has_extension(request.path, ".img")) {
+        PALPATE_TRY(header_path, other_of_pair(request.path, ".hdr"));
     }
     const std::string name = header_path.string();
     PALPATE_TRY(Packing packing, packing_of(header_path));
     PALPATE_TRY(const NiftiHeader header, load_header(header_path, packing));
-    if (header.kind == NiftiHeader::Kind::analyze && header_path.extension() != ".hdr")
+    if (header.kind == NiftiHeader::Kind::analyze && !has_extension(header_path, ".hdr"))
         return fail("{}: expected the mark n+1 or ni1 of NIfTI-1, found none", name);
 
     Decoded decoded;
@@ -138,7 +158,7 @@ Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink) {
     decoded.labels = nifti_label_names(header_path, packing, header, decoded.warnings);
 
     if (header.pair) {
-        PALPATE_TRY(payload.file, image_beside(header_path));
+        PALPATE_TRY(payload.file, other_of_pair(header_path, ".img"));
         PALPATE_TRY(packing, packing_of(payload.file));
     }
     PALPATE_TRY(const uint64_t offset, voxel_offset(name, header));

@@ -359,26 +359,6 @@ TEST_F(Nifti, LongerPayloadIsAWarningWithBothNumbers) {
     }
 }
 
-TEST_F(Nifti, PairsAreReadFromEitherFile) {
-    for (const int version : {1, 2}) {
-        NiftiBytes header(version);
-        version == 1 ? header.put<char>(345, 'i') : header.put<char>(5, 'i');
-        folder_.write("pair.hdr", header.vox_offset(0).with(""));
-        folder_.write("pair.img", twelve_shorts());
-        for (const char* name : {"pair.hdr", "pair.img"}) {
-            const auto result = decode_here(folder_.path() / name);
-            ASSERT_TRUE(result) << result.error().message;
-            EXPECT_EQ(result->values, kOneToTwelve);
-        }
-        std::filesystem::remove(folder_.path() / "pair.img");
-        folder_.write("pair.img.gz", deflated(twelve_shorts()));
-        EXPECT_EQ(decode_here(folder_.path() / "pair.hdr")->values, kOneToTwelve);
-        std::filesystem::remove(folder_.path() / "pair.img.gz");
-        EXPECT_THAT(decode_here(folder_.path() / "pair.hdr").error().message,
-                    HasSubstr("pair.img"));
-    }
-}
-
 TEST_F(Nifti, AnalyzePairsHaveSpacingAndAWarning) {
     NiftiBytes header;
     header.put<int32_t>(344, 0).vox_offset(0).scale(5, 5);
