@@ -361,6 +361,34 @@ TEST_F(Segmentation, LockedLabelsStay) {
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), drawn);
 }
 
+// A label's number is no matter to a method: what grows from the same seeds is of the same size and
+// place, and of no other number. Label 255 is the one that stands for what is no object elsewhere,
+// 300 does not fit into 8 bits, 65534 is the last with seeds.
+TEST_F(Segmentation, ASeedKeepsTheNumberOfItsLabel) {
+    std::map<int, Volume> found;
+    for (const int label : {1, 255, 300, 65534}) {
+        SCOPED_TRACE(label);
+        open("synthetic:phantom?size=24");
+        click_widget("tool/label", 0.2);
+        type_over(std::to_string(label).c_str());
+        key("enter");
+        frame({});
+        ASSERT_EQ(state().label, label);
+        paint_seeds();
+        paint_outside();
+        choose("watershed");
+        click_widget("segment/run");
+        frame({});
+        found.emplace(label, volume(Work::kLabels));
+        EXPECT_GT(count_of(Work::kLabels, static_cast<float>(label)), 10u);
+        for (uint32_t z = 0; z < 24; ++z)
+            for (uint32_t y = 0; y < 24; ++y)
+                for (uint32_t x = 0; x < 24; ++x)
+                    ASSERT_EQ(found.at(label).value({x, y, z}),
+                              static_cast<float>(label) * found.at(1).value({x, y, z}));
+    }
+}
+
 TEST_F(Segmentation, ClearsSeeds) {
     paint_seeds();
     click_widget("tab/segment");
