@@ -20,6 +20,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
+// BenchCommand takes over 5 s of a processor: every suite of bench runs, as small as it can be, and
+// half of the time is the grid of touch, each cell of which is a haptic loop.
 class BenchCommand : public ProgramTest {
  protected:
     ProgramRun bench(const std::string& suite) const {

@@ -25,6 +25,8 @@ const glm::dquat kUnturned(1, 0, 0, 0);
 
 using testing::HasSubstr;
 
+// EditCommand takes over 5 s of a processor: the program is started for each option and each
+// damage.
 class EditCommand : public ProgramTest {
  protected:
     static Volume phantom() {

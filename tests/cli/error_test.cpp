@@ -12,6 +12,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
+// ErrorOption takes over 5 s of a processor: the program draws with one setting after another until
+// it finds what errs little enough.
 class ErrorOption : public ProgramTest {
  protected:
     ProgramRun render(const std::vector<std::string>& more) const {

@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
+// FigureCommand takes over 5 s of a processor: the program is started for each option, and each
+// time a CPU driver compiles its shaders.
 class FigureCommand : public ProgramTest {
  protected:
     ProgramRun render(const std::string& output, std::vector<std::string> more,

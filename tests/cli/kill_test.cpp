@@ -8,6 +8,7 @@
 namespace palpate {
 namespace {
 
+// Killed takes over 5 s of a processor: the program is started and killed 130 times.
 class Killed : public ProgramTest {
  protected:
     void save_phantom(const std::string& name, glm::uvec3 size) const {

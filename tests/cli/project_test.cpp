@@ -17,6 +17,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
+// ProjectCommand takes over 5 s of a processor: the program is started for each command and option.
 class ProjectCommand : public TouchCommand {
  protected:
     std::string project() const { return file("p").string(); }

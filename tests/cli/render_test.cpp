@@ -19,6 +19,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
+// RenderCommand takes over 5 s of a processor: the program is started for each option, and each
+// time a CPU driver compiles its shaders.
 class RenderCommand : public ProgramTest {
  protected:
     std::vector<std::string> command(const std::vector<std::string>& more) const {

@@ -20,6 +20,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
+// Said takes over 5 s of a processor: the program is started for each message, and each time a CPU
+// driver compiles its shaders.
 class Said : public ProgramTest {
  protected:
     // A body of 500 that ends softly in air of 0, from -8 to 8 mm.

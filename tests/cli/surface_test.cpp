@@ -24,6 +24,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
+// SurfaceCommand takes over 5 s of a processor: the program is started for each option.
 class SurfaceCommand : public ProgramTest {
  protected:
     ProgramRun surface(const std::string& volume, const std::string& out,

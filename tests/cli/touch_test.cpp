@@ -15,6 +15,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
+// TouchCommand takes over 5 s of a processor: the program is started for each option, and a run is
+// a haptic loop of thousands of ticks.
 TEST_F(TouchCommand, WritesTheColumnsThatProgramsRelyOn) {
     write_path();
     const ProgramRun done = run(arguments("none"));

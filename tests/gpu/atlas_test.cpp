@@ -18,6 +18,8 @@ using namespace synthetic;
 constexpr Residency kDense = Residency::dense, kAtlas = Residency::atlas;
 constexpr Sampling kByHand = Sampling::by_hand;
 
+// AtlasTest takes over 5 s of a processor: each picture is drawn from an atlas and from one image,
+// by two shaders that the CPU driver compiles.
 class AtlasTest : public GpuTest {
  protected:
     // A head in 5 x 5 x 3 bricks, the last ones cut.

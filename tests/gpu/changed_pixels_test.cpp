@@ -16,6 +16,8 @@
 namespace palpate {
 namespace {
 
+// ChangedPixelsTest takes over 5 s of a processor: a frame after an edit is compared with one that
+// is drawn anew, both by a CPU driver.
 class ChangedPixelsTest : public GpuTest {
  protected:
     ChangedPixelsTest()

@@ -97,6 +97,8 @@ Scene scene_of(const SceneData& data, RayMode mode) {
     return scene;
 }
 
+// ExactTest takes over 5 s of a processor: a CPU driver draws each picture, and the twin draws it
+// in double.
 class ExactTest : public GpuTest {
  protected:
     static Image picture(const Scene& scene, const SceneData& data,

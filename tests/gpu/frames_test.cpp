@@ -119,6 +119,8 @@ const std::vector<Case>& cases() {
     return all;
 }
 
+// FramesTest takes over 5 s of a processor: each kind of frame is drawn many times, and the CPU
+// driver compiles the shaders of each kind.
 class FramesTest : public GpuTest {
  protected:
     Scene scene_of(const Case& one, int frame) const {

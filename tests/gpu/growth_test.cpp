@@ -84,6 +84,8 @@ TEST(CellDistances, AreSafeAtOnceAndExactWhenRaised) {
     }
 }
 
+// GrowthTest takes over 5 s of a processor: only volumes of several sizes show that the work grows
+// with the edit alone.
 class GrowthTest : public GpuTest {
  protected:
     // A ball with an edge 6 samples wide in the first corner of a volume, whatever its size; the

@@ -8,6 +8,8 @@
 namespace palpate {
 namespace {
 
+// HardCases takes over 5 s of a processor: each of 23 cases has several pictures, for which the CPU
+// driver compiles shaders.
 class HardCases : public GpuTest, public testing::WithParamInterface<cases::HardCase> {};
 
 TEST_P(HardCases, Passes) {

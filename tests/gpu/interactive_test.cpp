@@ -13,6 +13,8 @@
 namespace palpate {
 namespace {
 
+// InteractiveTest takes over 5 s of a processor: pictures are refined step by step to the full one,
+// all of them by a CPU driver.
 class InteractiveTest : public GpuTest {
  protected:
     static const SceneData& phantom() {

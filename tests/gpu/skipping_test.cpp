@@ -12,6 +12,8 @@ namespace {
 
 using namespace synthetic;
 
+// SkippingTest takes over 5 s of a processor: each mode is drawn with and without skipping, by two
+// shaders that the CPU driver compiles.
 class SkippingTest : public GpuTest {
  protected:
     static SceneData phantom(bool labels) {

@@ -36,6 +36,8 @@ SliceLayer slice_of(int axis, double at_mm) {
 // eyes.
 constexpr int kViewCount = 7;
 
+// ViewsTest takes over 5 s of a processor: seven views are drawn in each frame, and once more by
+// renderers of their own.
 class ViewsTest : public GpuTest {
  protected:
     Scene scene_of(int view, int frame) const {

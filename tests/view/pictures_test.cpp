@@ -18,6 +18,8 @@
 namespace palpate::view {
 namespace {
 
+// PicturesTest takes over 5 s of a processor: whole windows are drawn, and their views once more by
+// renderers of their own.
 class PicturesTest : public ViewerTest {
  protected:
     PicturesTest()

@@ -151,6 +151,7 @@ TEST(Interleave, OrdersThatNobodyCanTellApartAreOne) {
     EXPECT_EQ(orders(&b, &a), 3u); // the same, but not both second
 }
 
+// MailboxModel takes over 5 s of a processor: every order of the steps of two threads is tried.
 TEST(MailboxModel, TwoPinsWhileThreeVersionsPassAreSafeInEveryOrder) {
     PALPATE_SKIP_FIBERS();
     const Explorer::Report report = explore_mailbox<interleave::Atomic>(2, 3);

@@ -10,6 +10,8 @@
 namespace palpate {
 namespace {
 
+// EditTwin takes over 5 s of a processor: the twin looks at every sample of the volume for every
+// stroke.
 class EditTwin : public testing::TestWithParam<OperationKind> {};
 
 TEST_P(EditTwin, EqualsTheDefinition) {

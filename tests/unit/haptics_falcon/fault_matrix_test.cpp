@@ -450,6 +450,8 @@ void run_phase(Phase phase, const char* name) {
     cells.print(name);
 }
 
+// FalconFaults takes over 5 s of a processor: each fault comes in each phase of a run, and a run is
+// tens of thousands of packets.
 TEST(FalconFaults, EveryFaultOfThePlanHasRows) {
     std::vector<size_t> count(kinds().size());
     for (const Row& row : rows()) {

@@ -312,6 +312,8 @@ void expect_refused(const std::string& name, const std::string& words) {
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
+// SharedData takes over 5 s of a processor: every file of the data folder is read, by a child of
+// its own.
 TEST_F(SharedData, LoadsAsTheTableSays) {
     for (const Loads& expected : kLoads)
         expect_loads(expected);

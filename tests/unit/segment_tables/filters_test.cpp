@@ -16,6 +16,7 @@ namespace {
 const std::set<std::string_view> kOtherGrids{"crop",     "pad",      "flip",
                                              "reorient", "resample", "resample-like"};
 
+// EveryFilter takes over 5 s of a processor: each filter meets each type, grid, shape and content.
 class EveryFilter : public TemporaryFolder, public testing::WithParamInterface<size_t> {
  protected:
     const Filter& filter() const { return filters()[GetParam()]; }

@@ -13,6 +13,7 @@
 namespace palpate {
 namespace {
 
+// EveryMethod takes over 5 s of a processor: each method meets each type, grid, shape and content.
 class EveryMethod : public TemporaryFolder, public testing::WithParamInterface<size_t> {
  protected:
     const SegmentMethod& method() const { return segment_methods()[GetParam()]; }

@@ -8,6 +8,8 @@
 namespace palpate::bench {
 namespace {
 
+// Guidance takes over 5 s of a processor: simulated hands do each task with and without force, tick
+// by tick.
 TEST(Guidance, DrawsNearerToWhatIsMeantAndMakesNoEnergy) {
     const Result<Json> made =
         guidance_study({.first_phantom = 100, .phantoms = 1, .seeds = 4, .repeats = 2}, {});

@@ -17,6 +17,7 @@ double of(const Json& row, const char* group, const char* figure) {
     return row[group][figure].number;
 }
 
+// LiverStudy takes over 5 s of a processor: a small study of every method is made twice.
 TEST(LiverStudy, TwoRunsGiveTheSameBytes) {
     const Result<Json>& first = small_study();
     const Result<Json> second = liver_study(kSmall, {});

@@ -74,6 +74,8 @@ void expect_whole(const Volume& labels, size_t label_count, uint32_t passes) {
         static_cast<unsigned long long>(touching), 100.0 * largest_off);
 }
 
+// LabelSurfaces takes over 5 s of a processor: whole label maps of real organs get surfaces, and
+// again in double.
 class LabelSurfaces : public testing::TestWithParam<uint32_t> {};
 
 TEST_P(LabelSurfaces, OfTheFrogFillTheBox) {
