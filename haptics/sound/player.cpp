@@ -47,6 +47,10 @@ class OpenAlPlayer final : public SoundPlayer {
         set_at_.store(Clock::now().time_since_epoch().count(), std::memory_order_release);
     }
     uint64_t buffers_played() const noexcept override { return played_; }
+    void wait_until_played(uint64_t buffers) const noexcept override {
+        for (uint64_t now = played_; now < buffers; now = played_)
+            played_.wait(now);
+    }
 
  private:
     Milling now() const noexcept {
@@ -77,6 +81,7 @@ class OpenAlPlayer final : public SoundPlayer {
                 ALuint buffer = 0;
                 alSourceUnqueueBuffers(source_, 1, &buffer);
                 played_.fetch_add(1, std::memory_order_relaxed);
+                played_.notify_all();
                 queue(buffer);
             }
             ALint state = AL_PLAYING;

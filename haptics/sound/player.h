@@ -25,6 +25,9 @@ class SoundPlayer {
     // From any one thread.
     virtual void set(const Milling& milling) noexcept = 0;
     virtual uint64_t buffers_played() const noexcept = 0;
+    // Returns when at least that many buffers have been played; never where the output stands
+    // still.
+    virtual void wait_until_played(uint64_t buffers) const noexcept = 0;
 };
 
 } // namespace palpate::haptics

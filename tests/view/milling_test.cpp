@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <thread>
-
 #include "haptics/sound/milling.h"
 #include "tests/view/viewer_fixture.h"
 
@@ -116,13 +113,9 @@ TEST(MillingSoundOutput, OpensWhenWantedAndSaysWhyItIsSilent) {
     MillingSoundOutput output;
     output.frame({}, false);
     EXPECT_TRUE(output.why_silent().empty());
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    const auto settled = [&] { return output.is_open() || !output.why_silent().empty(); };
-    while (!settled() && std::chrono::steady_clock::now() < end) {
-        output.frame({}, true);
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    EXPECT_TRUE(settled());
+    output.frame({}, true);
+    output.wait_for_opening();
+    output.frame({}, true);
     EXPECT_NE(output.is_open(), !output.why_silent().empty());
     output.frame({}, false);
     EXPECT_FALSE(output.is_open());

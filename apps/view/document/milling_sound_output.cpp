@@ -24,4 +24,9 @@ void MillingSoundOutput::frame(const haptics::Milling& milling, bool wanted) {
         opening_ = std::async(std::launch::async, haptics::SoundPlayer::open);
 }
 
+void MillingSoundOutput::wait_for_opening() const {
+    if (opening_.valid())
+        opening_.wait();
+}
+
 } // namespace palpate::view

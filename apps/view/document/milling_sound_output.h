@@ -14,6 +14,8 @@ class MillingSoundOutput {
  public:
     // Each frame; does not wait for an output to open. Not wanted: the output is closed.
     void frame(const haptics::Milling& milling, bool wanted);
+    // Returns when an output that is being opened is open or has failed, which the next frame sees.
+    void wait_for_opening() const;
     bool is_open() const { return player_ != nullptr; }
     // Why nothing is heard although it is wanted; empty: it is, or is being opened.
     const std::string& why_silent() const { return why_silent_; }

@@ -173,6 +173,9 @@ void FakeFalcon::run_command(const Packet& packet, int64_t at_ns) {
     if (silent || !decode(packet, command_))
         return;
     ++commands_;
+    for (size_t i = 0; i < 3; ++i) // -32768 has no counterpart in 16 bits
+        most_motors_[i] = static_cast<int16_t>(
+            std::min(32767, std::max<int>(most_motors_[i], std::abs(int{command_.motors[i]}))));
     if (command_.lights & kHoming && homed_ != State::kAllHomed &&
         ++homing_ >= setup_.homing_packets) {
         homed_ = State::kAllHomed;

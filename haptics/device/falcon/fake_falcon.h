@@ -43,6 +43,8 @@ class FakeFalcon final : public FakePeer {
     const Command& command() const { return command_; }   // the last that arrived
     glm::dvec3 motor_force_n() const { return force_n_; } // of the motors on the grip, now
     bool runs() const { return mode_ == Mode::running; }
+    // The largest count, of either sign, that each motor was told.
+    const Counts& most_motors() const { return most_motors_; }
     uint64_t commands() const { return commands_; }
     uint16_t latency_ms() const { return latency_ms_; }
 
@@ -84,6 +86,7 @@ class FakeFalcon final : public FakePeer {
     std::vector<std::byte> greeting_, image_;
     Framer framer_;
     Command command_;
+    Counts most_motors_{};
     uint64_t commands_ = 0;
     uint8_t homed_;
     uint32_t homing_ = 0;
