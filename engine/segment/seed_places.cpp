@@ -20,6 +20,9 @@ constexpr int kLongestWay = 16; // samples of an edge
 // of 10 / 64 * (6 / 16)^2, the squares of (1 2 0 -2 -1) / 8 and twice (1 2 1) / 4. 99 % of vectors
 // of three are shorter than 3.37 of them.
 constexpr double kNoiseSlope = 0.5;
+// A value is nearer to one side of an edge than to the other, where it lies so many standard
+// deviations of noise beside their middle: 98 of 100 are right.
+constexpr double kNearer = 2.0;
 
 class Slopes {
  public:
@@ -93,14 +96,9 @@ double noise_beside(const Volume& volume, const std::vector<glm::ivec3>& places)
     return *middle / (0.6745 * std::sqrt(6.0)); // a normal distribution's median
 }
 
-glm::ivec3 settled(const Slopes& slopes, glm::ivec3 at, double least) {
+// The end of the steepest way up (1) or down (-1) an edge.
+glm::ivec3 end_of_way(const Slopes& slopes, glm::ivec3 at, double way, double least) {
     double length = slopes.length(at);
-    if (!(length > least))
-        return at;
-    const double side = slopes.side(at);
-    if (side == 0.0 || std::isnan(side))
-        return at;
-    const double way = side > 0.0 ? 1.0 : -1.0;
     for (int n = 0; n < kLongestWay && length > least; ++n) {
         glm::ivec3 to = at;
         double steepest = 0.0;
@@ -120,6 +118,19 @@ glm::ivec3 settled(const Slopes& slopes, glm::ivec3 at, double least) {
         at = to, length = next;
     }
     return at;
+}
+
+// value: of the volume before it was smoothed.
+glm::ivec3 settled(const Slopes& slopes, glm::ivec3 at, double value, double least, double noise) {
+    if (!(slopes.length(at) > least))
+        return at;
+    const glm::ivec3 up = end_of_way(slopes, at, 1.0, least),
+                     down = end_of_way(slopes, at, -1.0, least);
+    const double above = slopes.value(up) - value, below = value - slopes.value(down);
+    if (std::abs(above - below) > 2.0 * kNearer * noise) // twice as far as from the middle
+        return above < below ? up : down;
+    const double side = slopes.side(at);
+    return side > 0.0 ? up : side < 0.0 ? down : at;
 }
 
 } // namespace
@@ -159,11 +170,14 @@ Volume settled_seeds(const Volume& volume, const Volume& smooth, const Volume& s
     std::vector<glm::ivec3> places;
     for_each_of_label(seeds, label, [&](glm::ivec3 at) { places.push_back(at); });
     const Slopes slopes(smooth);
-    const double least = kNoiseSlope * noise_beside(volume, places);
+    const double noise = noise_beside(volume, places), least = kNoiseSlope * noise;
+    const auto settle = [&](glm::ivec3 at) {
+        return settled(slopes, at, double{volume.value(glm::uvec3(at))}, least, noise);
+    };
     const std::vector<Group> groups = groups_of(volume.grid(), places, label, balls);
     std::vector<float> values;
     for (glm::ivec3& at : places) {
-        at = settled(slopes, at, least);
+        at = settle(at);
         values.push_back(float(slopes.value(at)));
     }
     VolumeEdit edit(make_volume(seeds.grid(), seeds.type(), [](glm::uvec3) { return 0.0; }));
@@ -175,7 +189,7 @@ Volume settled_seeds(const Volume& volume, const Volume& smooth, const Volume& s
         const std::optional<float> upper = upper_kind(ascending);
         const auto is_upper = [&](double v) { return upper && v >= double{*upper}; };
         const bool keeps_upper =
-            group.center ? is_upper(slopes.value(settled(slopes, *group.center, least)))
+            group.center ? is_upper(slopes.value(settle(*group.center)))
                          : 2 * std::ranges::count_if(ascending, is_upper) > std::ssize(ascending);
         for (const size_t i : group.seeds)
             if (!upper || is_upper(values[i]) == keeps_upper)

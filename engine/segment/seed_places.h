@@ -13,8 +13,9 @@ namespace palpate {
 // A seed is on an edge where the gradient of `smooth` (the volume smoothed by (1 2 1) / 4 along
 // each axis) is longer than that of noise: 0.5 standard deviations a sample, which 99 of 100
 // samples of white noise stay below. The noise is that of the second differences beside the seeds.
-// The side is the sign of g . H g / |g|^2 + trace H (edge_place_speed). The seed climbs, or
-// descends, the steepest way as long as the gradient becomes shorter.
+// From there the steepest ways up and down lead to both sides, as long as the gradient becomes
+// shorter. A seed is on the side whose value is nearer to its own; where noise may have decided
+// that, by the sign of g . H g / |g|^2 + trace H (edge_place_speed).
 //
 // Where the seeds of one ball then have values of two kinds (upper_kind), those of its centre's
 // kind stay; of seeds in no ball, those of the more frequent kind. Balls of several kinds, such as

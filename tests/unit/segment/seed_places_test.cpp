@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/segment/label_samples.h"
 #include "engine/segment/seed_values.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/edit.h"
+#include "tests/unit/segment/seeded_shapes.h"
 
 namespace palpate {
 namespace {
@@ -22,6 +25,21 @@ Volume map_of(const Volume& volume, std::span<const SeedBall> balls) {
                 ball.radius_mm)
                 return 1.0;
         return 0.0;
+    });
+}
+
+// (1 2 1) / 4 along each axis.
+Volume smoothed(const Volume& volume) {
+    const glm::ivec3 last = glm::ivec3(volume.size()) - 1;
+    return make_volume(volume.grid(), ScalarType::f32, [&](glm::uvec3 at) {
+        double sum = 0.0;
+        for (int i = 0; i < 27; ++i) {
+            const glm::ivec3 step = glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1;
+            const glm::ivec3 to = glm::clamp(glm::ivec3(at) + step, glm::ivec3(0), last);
+            const glm::ivec3 weight = 2 - glm::abs(step);
+            sum += weight.x * weight.y * weight.z / 64.0 * double{volume.value(glm::uvec3(to))};
+        }
+        return sum;
     });
 }
 
@@ -52,6 +70,25 @@ TEST(SettledSeeds, SeedsInNoBallAreOfTheMoreFrequentKind) {
     const SeedBall ball[] = {{1, {37, 12, 12}, 4}};
     const Volume settled = settled_seeds(volume, volume, map_of(volume, ball), 1, {});
     EXPECT_DOUBLE_EQ(seed_values(volume, settled).at(0).mean, 60.0);
+}
+
+// With noise of 5 % a value lies ten standard deviations from the middle of both sides, so that
+// none of two thousand seeds, one at each sample of a shell of few samples, is settled outside.
+TEST(SettledSeeds, ASeedGoesToTheSideThatItsValueIsOf) {
+    const seeded::Case shell =
+        seeded::make_case(seeded::Shape::shell, 8.0, {0.8, 0.8, 2.4}, 0.05, 0.0, 31);
+    const Volume smooth = smoothed(shell.volume);
+    const Volume none = make_volume(smooth.grid(), ScalarType::u8, [](glm::uvec3) { return 0.0; });
+    int outside = 0;
+    for_each_of_label(shell.truth, 1, [&](glm::ivec3 at) {
+        VolumeEdit edit(none);
+        edit.set(glm::uvec3(at), 1.0f);
+        const Volume settled = settled_seeds(shell.volume, smooth, edit.commit(), 1, {});
+        for_each_of_label(settled, 1, [&](glm::ivec3 to) {
+            outside += shell.truth.value(glm::uvec3(to)) != 1.0f;
+        });
+    });
+    EXPECT_EQ(outside, 0);
 }
 
 } // namespace
