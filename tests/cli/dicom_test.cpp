@@ -176,7 +176,7 @@ TEST_F(DicomCommands, WhatAMonochrome1LosesIsSaid) {
                 "{}: does not hold that small values are bright (MONOCHROME1 of {})", out, in);
             EXPECT_EQ(messages.find(lost) != std::string::npos, inverted) << messages;
         };
-        for (const char* name : {"out.nrrd", "out.nii.gz", "out.pbv"}) {
+        for (const char* name : {"out.nrrd", "out.pbv"}) {
             const std::string out = file(name).string();
             expect_loss(said({"convert", in, out}), out);
             expect_loss(said({"filter", in, "--flip", "x", "-o", out}), out);
