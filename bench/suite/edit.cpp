@@ -102,7 +102,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     Renderer renderer(device);
     const Scene scene = iso_scene(sample, bench.options().tiny ? 32 : 512);
     PALPATE_TRY(renderer.draw(scene, {now, std::nullopt}));
-    PALPATE_TRY(renderer.draw_coarse(scene, {now, std::nullopt}, {}));
+    PALPATE_TRY(renderer.draw(scene, {now, std::nullopt}, CoarseSettings{}));
     {
         Commands commands(device);
         cells.show(*scene.ray_cast, 1.0f, 0.0f, {}, commands);
@@ -167,9 +167,10 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
             0.0, {place + glm::dvec3(3.0 * smallest_spacing_mm(now.grid())), {1, 0, 0, 0}}};
         const Timer since_hand;
         now = *apply_stroke(now, ball, cut, {&pose, 1});
-        PALPATE_TRY(const auto frame, renderer.draw_coarse(scene, {now, std::nullopt}, {}));
+        PALPATE_TRY(const FrameStats frame,
+                    renderer.draw(scene, {now, std::nullopt}, CoarseSettings{}));
         times.coarse_pixels.push_back(since_hand.ms());
-        times.coarse_error.push_back(frame.error_estimate);
+        times.coarse_error.push_back(frame.coarse->error_estimate);
     }
     return times;
 }

@@ -48,7 +48,7 @@ Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
     const Stroke stroke = *make_stroke(ball, cut, {{}});
     const float iso = static_cast<float>(scene.ray_cast->isos.front().value);
     Renderer renderer(bench.device());
-    PALPATE_TRY(renderer.draw_coarse(scene, {volume, std::nullopt}, {}));
+    PALPATE_TRY(renderer.draw(scene, {volume, std::nullopt}, CoarseSettings{}));
     Session session({.document = volume,
                      .grey = "volume",
                      .labels = {},
@@ -71,12 +71,12 @@ Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
     size_t frames = 0;
     for (; Clock::now() < end && !bench.options().stop.stop_requested(); ++frames) {
         const Session::Eye::Sight sight = eye.look();
-        const auto drawn = renderer.draw_coarse(sight.scene, sight.data, {});
+        const auto drawn = renderer.draw(sight.scene, sight.data, CoarseSettings{});
         const int64_t now = profile::now_ns();
         if (!drawn)
             return fail("{}", drawn.error().message);
         eye.reached(EditLag::Reader::texture, sight,
-                    now - static_cast<int64_t>(1e6 * ms_after_uploads(drawn->frame.passes)));
+                    now - static_cast<int64_t>(1e6 * ms_after_uploads(drawn->passes)));
         eye.reached(EditLag::Reader::picture, sight, now);
     }
     session.stop();

@@ -71,32 +71,29 @@ Result<Json> full_by_interactive(Bench& bench, const Watched& m, const Subject& 
     const Result<Frame> full = m.renderer.render(scene, m.data);
     if (!full)
         return fail("{}: {}", subject.name, full.error().message);
-    const Result<CoarseStats> coarse = m.renderer.draw_coarse(scene, m.data, {});
-    if (!coarse)
-        return fail("{}: {}", subject.name, coarse.error().message);
+    const Result<FrameStats> few = m.renderer.draw(scene, m.data, CoarseSettings{});
+    if (!few)
+        return fail("{}: {}", subject.name, few.error().message);
+    const CoarseStats coarse = *few->coarse;
     const double error = color_rmse(m.renderer.read_back()[0], full->eyes[0]);
-    const auto draw_coarse = [&]() -> Result<FrameStats> {
-        PALPATE_TRY(const CoarseStats few, m.renderer.draw_coarse(scene, m.data, {}));
-        return few.frame;
-    };
     PALPATE_TRY(const Spread ratio,
                 ratio_of(
                     bench, subject.name, pairs, [&] { return m.renderer.draw(scene, m.data); },
-                    draw_coarse));
+                    [&] { return m.renderer.draw(scene, m.data, CoarseSettings{}); }));
     if (subject.layer.mode != RayMode::alpha)
         add_aim(
             aims,
             fmt::format("{}, turned by {:g} degrees: interactive beside full quality, at {:.1f} dB "
                         "({:.0f} % of the pixels have rays)",
-                        m.what, turned_degrees, decibels(error), 100.0 * coarse->traced_share),
+                        m.what, turned_degrees, decibels(error), 100.0 * coarse.traced_share),
             "at least 1.5 at 40 dB or better", ratio.median,
             ratio.median >= 1.5 && decibels(error) >= 40.0);
     return Json{{"turned_degrees", turned_degrees},
                 {"full_by_interactive", json_of(ratio)},
                 {"rmse", error},
-                {"rmse_estimate", coarse->error_estimate},
+                {"rmse_estimate", coarse.error_estimate},
                 {"db", decibels(error)},
-                {"traced_share", coarse->traced_share}};
+                {"traced_share", coarse.traced_share}};
 }
 
 } // namespace

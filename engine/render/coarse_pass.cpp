@@ -220,19 +220,19 @@ CoarseRays CoarsePass::record_judgement(const ViewFrame& frame, RayCastPass& pas
             area(size_px_) * eyes_};
 }
 
-CoarseStats CoarseTicket::stats() const {
-    CoarseStats stats{frame_.stats()}; // waits
-    std::vector<float> squares(rays_.judged);
-    std::memcpy(squares.data(), rays_.squares.mapped().data(), squares.size() * sizeof(float));
+CoarseStats CoarseRays::stats() const {
+    CoarseStats stats;
+    std::vector<float> errors(judged);
+    std::memcpy(errors.data(), squares.mapped().data(), errors.size() * sizeof(float));
     double sum = 0;
-    for (const float square : squares)
+    for (const float square : errors)
         sum += square;
-    stats.error_estimate = std::sqrt(sum / static_cast<double>(squares.size()));
-    stats.first_judged = rays_.first_judged;
+    stats.error_estimate = std::sqrt(sum / static_cast<double>(errors.size()));
+    stats.first_judged = first_judged;
     uint32_t words[gpu::kRayGroupWords];
-    std::memcpy(words, rays_.counts.mapped().data(), sizeof words);
-    const uint64_t traced = rays_.traced.value_or(uint64_t{words[3]} + words[4]); // listed, second
-    stats.traced_share = static_cast<double>(traced) / static_cast<double>(rays_.pixels);
+    std::memcpy(words, counts.mapped().data(), sizeof words);
+    const uint64_t listed = uint64_t{words[3]} + words[4]; // and those of every second pixel
+    stats.traced_share = static_cast<double>(traced.value_or(listed)) / static_cast<double>(pixels);
     return stats;
 }
 

@@ -84,7 +84,7 @@ PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
     return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
 }
 
-// Renderer::redraw() needs meshes that are known and not see-through.
+// ChangedPixels need meshes that are known and not see-through.
 bool can_redraw(const Scene& scene) {
     return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [](const SurfaceLayer& layer) {
         const auto is_whole = [](double opacity) { return opacity <= 0.0 || opacity >= 1.0; };
@@ -145,7 +145,7 @@ Result<InteractiveFrame> Interactive::draw_changed(const Scene& scene, const Sce
                                                    const PixelBox& changed) {
     if (changed.empty())
         return unchanged();
-    auto drawn = renderer_->redraw(scene, data, changed);
+    auto drawn = renderer_->draw(scene, data, ChangedPixels{changed});
     if (!drawn) {
         last_.reset(); // nobody knows what is there
         return pass_on(drawn);
@@ -165,33 +165,29 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
     settings.contrast = level.contrast_factor * default_contrast(scene.ray_cast->mode);
     tile_ms_ *= kDoubted;
     others_ms_ *= kDoubted;
-    auto few = renderer_->draw_coarse(scene, data, settings);
+    auto few = renderer_->draw(scene, data, settings);
     if (!few) {
         last_.reset(); // nobody knows what is there
         return pass_on(few);
     }
-    const CoarseStats& drawn = *few;
+    const CoarseStats& drawn = *few->coarse;
     if (level.px_per_ray == 2)
         listed_share_ = std::max(drawn.traced_share, 0.01);
-    InteractiveFrame frame{drawn.frame,
-                           drawn.error_estimate,
-                           level.step_factor,
-                           drawn.traced_share,
-                           level.px_per_ray,
-                           false,
-                           false};
+    InteractiveFrame frame{
+        *few, drawn.error_estimate, level.step_factor, drawn.traced_share, level.px_per_ray, false,
+        false};
     frame.coarsest = level_ + 1 == kLevels.size();
     last_error_ = frame.error_estimate;
-    choose_level(drawn, scene);
+    choose_level(*few, scene);
     return frame;
 }
 
 // Chooses the level of the next moving frame.
-void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
+void Interactive::choose_level(const FrameStats& drawn, const Scene& scene) {
     static_assert(kLevels.size() == kLevelCount);
     const Level level = kLevels[level_];
     const bool has_steps = scene.ray_cast->integrator != Integrator::exact;
-    const Times took = times_of_(drawn.frame);
+    const Times took = times_of_(drawn);
     const double frame_ms = took.wall_ms, ray_ms = took.ray_ms;
     const double longest_ms = std::max(budget_ms_, longest_ms_);
     for (double& known_ms : level_ms_)
@@ -209,9 +205,9 @@ void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
                ray_ms * samples_of(kLevels[other], has_steps, listed_share_) /
                    samples_of(level, has_steps, listed_share_);
     };
-    const bool is_good = drawn.error_estimate <= aim_;
+    const bool is_good = drawn.coarse->error_estimate <= aim_;
     // A good frame may take less than its time, and one that is far better than it need be should.
-    const bool is_too_good = drawn.error_estimate <= kFarBetter * aim_;
+    const bool is_too_good = drawn.coarse->error_estimate <= kFarBetter * aim_;
     if (wall_ms > longest_ms) {
         while (level_ + 1 < kLevels.size() && expected_ms(level_) > longest_ms)
             ++level_;
@@ -233,7 +229,7 @@ Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const Sce
     const double room = row_ms_ > 0 ? budget_ms_ / row_ms_ : 1.0;
     const auto rows =
         static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
-    PALPATE_TRY(FrameStats drawn, renderer_->refine(scene, data, next_row_, rows));
+    PALPATE_TRY(FrameStats drawn, renderer_->draw(scene, data, TileRows{next_row_, rows}));
     row_ms_ = times_of_(drawn).wall_ms / rows;
     const uint32_t side = gpu::kTileSide;
     const PixelBox drawn_box{{0, next_row_ * side}, {scene.size_px.x, (next_row_ + rows) * side}};

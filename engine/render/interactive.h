@@ -65,7 +65,7 @@ class Interactive {
                                           const PixelBox& changed);
     InteractiveFrame unchanged() const;
     double expected_ms(const PixelBox& changed, uint32_t columns) const;
-    void choose_level(const CoarseStats& drawn, const Scene& scene);
+    void choose_level(const FrameStats& drawn, const Scene& scene);
 
     Renderer* renderer_;
     double budget_ms_;

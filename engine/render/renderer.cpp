@@ -1,6 +1,7 @@
 #include "engine/render/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "engine/base/assert.h"
@@ -76,6 +77,8 @@ FrameStats FrameTicket::stats() const {
         else
             stats.passes.push_back(times[i]);
     }
+    if (coarse_)
+        stats.coarse = coarse_->stats();
     return stats;
 }
 
@@ -203,7 +206,7 @@ RecordedFrame Renderer::recorded(Task& task, FrameStats stats) {
                         task.commands.pass_count())};
 }
 
-Result<RecordedFrame> Renderer::record_full(Task task) {
+Result<RecordedFrame> Renderer::record_full(Task& task) {
     PALPATE_TRY(FrameStats stats, prepare(task, 1.0));
     stats.uploaded_bricks += record_behind(task);
     if (passes_->ray_cast) {
@@ -224,7 +227,7 @@ Result<FrameStats> Renderer::prepare_interactive(Task& task, double step_factor)
     return stats;
 }
 
-Result<RecordedCoarse> Renderer::record_few(Task task, const CoarseSettings& settings) {
+Result<RecordedFrame> Renderer::record_few(Task& task, const CoarseSettings& settings) {
     PALPATE_ASSERT(task.scene.ray_cast.has_value());
     PALPATE_ASSERT(settings.px_per_ray == 2 || settings.px_per_ray == 4 ||
                    settings.px_per_ray == 8 || settings.px_per_ray == 16);
@@ -240,12 +243,13 @@ Result<RecordedCoarse> Renderer::record_few(Task task, const CoarseSettings& set
     stats.uploaded_bricks += passes_->voxels.show_part(0, task.commands);
     const CoarseRays rays = coarse->record(*task.frame, *passes_->ray_cast, settings);
     RecordedFrame frame = recorded(task, std::move(stats));
-    return RecordedCoarse{frame.picture, CoarseTicket(std::move(frame.ticket), rays)};
+    frame.ticket.coarse_ = rays;
+    return frame;
 }
 
 // Rays at full quality through some pixels' tiles, over what is there. `behind`: and the slices
 // behind them.
-Result<RecordedFrame> Renderer::record_only(Task task, bool behind) {
+Result<RecordedFrame> Renderer::record_only(Task& task, bool behind) {
     PALPATE_ASSERT(task.scene.ray_cast.has_value());
     PALPATE_TRY(FrameStats stats, prepare_interactive(task, 1.0));
     if (behind && passes_->surfaces)
@@ -271,18 +275,17 @@ PixelBox pixels_to_draw(const Scene& scene, const SceneData& data, const PixelBo
     return is_thin(data.volume.grid()) ? PixelBox{glm::uvec2(0), scene.size_px} : changed;
 }
 
-PixelBox rows_of(const Scene& scene, uint32_t first_row, uint32_t rows) {
-    PALPATE_ASSERT_CMP(first_row + rows, <=, Renderer::tile_rows(scene));
-    const uint32_t side = gpu::kTileSide;
-    return {{0, first_row * side},
-            {scene.size_px.x, std::min((first_row + rows) * side, scene.size_px.y)}};
+PixelBox rows_of(const Scene& scene, const TileRows& rows) {
+    const uint32_t side = gpu::kTileSide, end = rows.first + rows.count;
+    PALPATE_ASSERT_CMP(end, <=, Renderer::tile_rows(scene));
+    return {{0, rows.first * side}, {scene.size_px.x, std::min(end * side, scene.size_px.y)}};
 }
 
-FrameStats& frame_of(FrameStats& stats) {
-    return stats;
-}
-FrameStats& frame_of(CoarseStats& stats) {
-    return stats.frame;
+// The scene as a request asks for it, where that is not the scene itself.
+std::optional<Scene> asked_of(const Scene& scene, const Request& request) {
+    if (std::holds_alternative<WholePicture>(request) || !scene.ray_cast || !scene.value_and_depth)
+        return std::nullopt;
+    return without_values(scene);
 }
 
 } // namespace
@@ -301,108 +304,68 @@ auto Renderer::or_from_nothing(const Work& work) -> decltype(work()) {
     }
 }
 
-// Records by `work`, submits, waits, and calls `done` while what was read back is there.
-template <class Work, class Done>
-auto Renderer::drawn(const Work& work, const Done& done) {
-    profile::Scope scope("frame");
-    Commands commands(store_->device);
-    Timer timer;
-    auto recorded = or_from_nothing([&] { return work(commands, timer); });
+Result<RecordedFrame> Renderer::record_request(Task& task, const Request& request) {
+    return or_from_nothing([&]() -> Result<RecordedFrame> {
+        if (const auto* const coarse = std::get_if<CoarseSettings>(&request))
+            return record_few(task, *coarse);
+        if (const auto* const rows = std::get_if<TileRows>(&request)) {
+            task.only = rows_of(task.scene, *rows);
+            return record_only(task, false);
+        }
+        if (const auto* const changed = std::get_if<ChangedPixels>(&request)) {
+            if (task.scene.ray_cast || task.scene.surfaces.empty()) // meshes alone are drawn whole
+                task.only = pixels_to_draw(task.scene, task.data, changed->box);
+            if (task.scene.ray_cast)
+                return record_only(task, true);
+        }
+        return record_full(task);
+    });
+}
+
+// Submits what was recorded and waits for it.
+Result<FrameStats> Renderer::wait_for(Commands& commands, const Timer& timer,
+                                      Result<RecordedFrame> recorded) {
     commands.submit(); // also of a frame that failed: images are as tracked
-    using Stats = decltype(recorded->ticket.stats());
     if (!recorded)
-        return Result<Stats>(pass_on(recorded));
-    Stats stats = recorded->ticket.stats();
-    frame_of(stats).wall_ms = timer.ms();
-    done();
-    if (scope.recorded())
-        scope.tell("wall_ms", frame_of(stats).wall_ms);
-    return Result<Stats>(std::move(stats));
+        return pass_on(recorded);
+    FrameStats stats = recorded->ticket.stats();
+    stats.wall_ms = timer.ms();
+    return stats;
 }
 
 Result<RecordedFrame> Renderer::record(Commands& commands, const Scene& scene,
-                                       const SceneData& data) {
-    const profile::Scope scope("record a frame");
-    return or_from_nothing([&] { return record_full({commands, scene, data}); });
+                                       const SceneData& data, const Request& request) {
+    constexpr std::array<const char*, std::variant_size_v<Request>> kScopes{
+        "record a frame", "record changed pixels", "record rows", "record a coarse frame"};
+    const profile::Scope scope(kScopes[request.index()]);
+    const std::optional<Scene> asked = asked_of(scene, request);
+    Task task{.commands = commands, .scene = asked ? *asked : scene, .data = data};
+    return record_request(task, request);
 }
 
-Result<RecordedFrame> Renderer::record_changed(Commands& commands, const Scene& scene,
-                                               const SceneData& data, const PixelBox& changed) {
-    PALPATE_ASSERT(scene.surfaces.empty());
-    const profile::Scope scope("record changed pixels");
-    const Scene plain = scene.ray_cast ? without_values(scene) : scene;
-    return or_from_nothing([&] {
-        Task task{.commands = commands,
-                  .scene = plain,
-                  .data = data,
-                  .only = pixels_to_draw(plain, data, changed)};
-        return plain.ray_cast ? record_only(std::move(task), true) : record_full(std::move(task));
-    });
-}
-
-Result<RecordedCoarse> Renderer::record_coarse(Commands& commands, const Scene& scene,
-                                               const SceneData& data,
-                                               const CoarseSettings& settings) {
-    const profile::Scope scope("record a coarse frame");
-    const Scene plain = without_values(scene);
-    return or_from_nothing([&] { return record_few({commands, plain, data}, settings); });
-}
-
-Result<RecordedFrame> Renderer::record_rows(Commands& commands, const Scene& scene,
-                                            const SceneData& data, uint32_t first_row,
-                                            uint32_t rows) {
-    const profile::Scope scope("record rows");
-    const Scene plain = without_values(scene);
-    return or_from_nothing([&] {
-        return record_only({.commands = commands,
-                            .scene = plain,
-                            .data = data,
-                            .only = rows_of(plain, first_row, rows)},
-                           false);
-    });
-}
-
-Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
-    return drawn([&](Commands& commands, Timer& timer) {
-        return record_full({commands, scene, data, &timer});
-    });
-}
-
-Result<CoarseStats> Renderer::draw_coarse(const Scene& scene, const SceneData& data,
-                                          const CoarseSettings& settings) {
-    const Scene plain = without_values(scene);
-    return drawn([&](Commands& commands, Timer& timer) {
-        return record_few({commands, plain, data, &timer}, settings);
-    });
-}
-
-Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, uint32_t first_row,
-                                    uint32_t rows) {
-    return draw_only(scene, data, rows_of(scene, first_row, rows), false);
-}
-
-Result<FrameStats> Renderer::redraw(const Scene& scene, const SceneData& data,
-                                    const PixelBox& changed) {
-    return draw_only(scene, data, pixels_to_draw(scene, data, changed), true);
-}
-
-Result<FrameStats> Renderer::draw_only(const Scene& scene, const SceneData& data,
-                                       const PixelBox& only, bool behind) {
-    const Scene plain = without_values(scene);
-    return drawn([&](Commands& commands, Timer& timer) {
-        return record_only(
-            {.commands = commands, .scene = plain, .data = data, .timer = &timer, .only = only},
-            behind);
-    });
+Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data,
+                                  const Request& request) {
+    profile::Scope scope("frame");
+    const std::optional<Scene> asked = asked_of(scene, request);
+    Commands commands(store_->device);
+    Timer timer;
+    Task task{.commands = commands, .scene = asked ? *asked : scene, .data = data, .timer = &timer};
+    Result<FrameStats> stats = wait_for(commands, timer, record_request(task, request));
+    if (stats && scope.recorded())
+        scope.tell("wall_ms", stats->wall_ms);
+    return stats;
 }
 
 Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
-    uint64_t samples = 0;
-    const auto record_counted = [&](Commands& commands, Timer& timer) {
-        return record_full({commands, scene, data, &timer, true});
-    };
-    PALPATE_TRY(drawn(record_counted, [&] { samples = passes_->ray_cast->read_sample_counts(); }));
-    return samples;
+    Commands commands(store_->device);
+    Timer timer;
+    Task task{.commands = commands,
+              .scene = scene,
+              .data = data,
+              .timer = &timer,
+              .counts_samples = true};
+    PALPATE_TRY(wait_for(commands, timer, record_request(task, WholePicture{})));
+    return passes_->ray_cast->read_sample_counts();
 }
 
 GpuImage& Renderer::picture() {

@@ -216,10 +216,10 @@ class FrameRenderer {
 
     // The picture of draw(), row by row, so that it can be stopped: a coarse one, and rays over it.
     Result<FrameStats> draw_in_steps(const Scene& scene, const SceneData& data) {
-        Result<CoarseStats> begun = renderer_->draw_coarse(scene, data, {.px_per_ray = 16});
+        Result<FrameStats> begun = renderer_->draw(scene, data, CoarseSettings{.px_per_ray = 16});
         if (!begun) // as where the volume does not lie on the device at once
             return renderer_->draw(scene, data);
-        FrameStats all = std::move(begun->frame);
+        FrameStats all = std::move(*begun);
         const uint32_t rows = Renderer::tile_rows(scene);
         double row_ms = kStep_ms;
         for (uint32_t next = 0; next < rows;) {
@@ -227,7 +227,7 @@ class FrameRenderer {
                 return fail("interrupted after {} of {} rows of tiles", next, rows);
             const double room = std::clamp(kStep_ms / row_ms, 1.0, double(rows - next));
             const auto count = static_cast<uint32_t>(room);
-            PALPATE_TRY(const FrameStats step, renderer_->refine(scene, data, next, count));
+            PALPATE_TRY(const FrameStats step, renderer_->draw(scene, data, TileRows{next, count}));
             row_ms = step.wall_ms / count;
             next += count;
             for (const PassTime& pass : step.passes)

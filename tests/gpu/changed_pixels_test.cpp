@@ -126,7 +126,7 @@ TEST_F(ChangedPixelsTest, OutsideOfThemNothingChangesAndOverTheFrameBeforeTheyAr
                 EXPECT_EQ(drawn.error_estimate, 0.0);
             } else if (!box.empty()) {
                 Commands commands(device());
-                ASSERT_TRUE(kept.record_changed(commands, scene, now, box));
+                ASSERT_TRUE(kept.record(commands, scene, now, ChangedPixels{box}));
                 commands.submit();
                 commands.ticket().wait();
             }

@@ -182,12 +182,12 @@ class EditThreads : public GpuTest {
         switch (random() % 4) {
             case 0: {
                 const uint32_t rows = Renderer::tile_rows(sight.scene);
-                ASSERT_TRUE(renderer.refine(sight.scene, sight.data,
-                                            static_cast<uint32_t>(random() % rows), 1));
+                ASSERT_TRUE(renderer.draw(sight.scene, sight.data,
+                                          TileRows{static_cast<uint32_t>(random() % rows), 1}));
                 break;
             }
             case 1:
-                ASSERT_TRUE(renderer.draw_coarse(sight.scene, sight.data, {}));
+                ASSERT_TRUE(renderer.draw(sight.scene, sight.data, CoarseSettings{}));
                 break;
             default:
                 ASSERT_TRUE(renderer.draw(sight.scene, sight.data));

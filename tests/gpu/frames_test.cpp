@@ -209,9 +209,10 @@ TEST_F(FramesTest, CreateNothingWhileTheyAreInteractive) {
         Renderer renderer(device(), one.options);
         const auto draw = [&](int frame) {
             const Scene scene = scene_of(one, frame);
-            EXPECT_TRUE(renderer.draw_coarse(
-                scene, data, {.step_factor = 2.0, .px_per_ray = frame % 2 ? 2u : 4u}));
-            EXPECT_TRUE(renderer.refine(scene, data, 1, 2));
+            EXPECT_TRUE(renderer.draw(
+                scene, data,
+                CoarseSettings{.step_factor = 2.0, .px_per_ray = frame % 2 ? 2u : 4u}));
+            EXPECT_TRUE(renderer.draw(scene, data, TileRows{1, 2}));
         };
         expect_nothing_created(draw);
     }
@@ -243,7 +244,7 @@ TEST_F(FramesTest, AreRecordedWhileTheOneBeforeIsDrawn) {
         Renderer renderer(device(), one.options);
         Renderer waiting(device(), one.options);
         ASSERT_TRUE(renderer.draw(scene_of(one, 0), data));
-        const auto expect_same = [&](const Recording<>& recording, const SceneData& of, int frame) {
+        const auto expect_same = [&](const Recording& recording, const SceneData& of, int frame) {
             Scene scene = scene_of(one, frame);
             scene.value_and_depth = false;
             const Result<Frame> expected = waiting.render(scene, of);
@@ -287,22 +288,22 @@ TEST_F(FramesTest, InteractiveOnesAreRecordedWhileTheOnesBeforeAreDrawn) {
         const Scene scene = scene_of(one, 1), next = scene_of(one, 2);
         const uint32_t rows = Renderer::tile_rows(scene);
         const CoarseSettings listed{.step_factor = 2.0}, apart{.px_per_ray = 4};
-        ASSERT_TRUE(renderer.draw_coarse(scene_of(one, 0), data, listed));
-        ASSERT_TRUE(waiting.draw_coarse(scene_of(one, 0), data, listed));
+        ASSERT_TRUE(renderer.draw(scene_of(one, 0), data, listed));
+        ASSERT_TRUE(waiting.draw(scene_of(one, 0), data, listed));
         std::deque<Commands> commands;
         for (int frame = 0; frame < 4; ++frame)
             commands.emplace_back(device());
-        Recording<CoarseTicket> first(commands[0]), last(commands[3]);
-        Recording<> upper(commands[1]), lower(commands[2]);
+        Recording first(commands[0]), upper(commands[1]), lower(commands[2]), last(commands[3]);
         {
             HeldBack held_back(device(), commands[0]);
-            first.take(renderer.record_coarse(commands[0], scene, data, listed));
+            first.take(renderer.record(commands[0], scene, data, listed));
             commands[0].submit();
-            upper.take(renderer.record_rows(commands[1], scene, data, 0, rows / 2));
+            upper.take(renderer.record(commands[1], scene, data, TileRows{0, rows / 2}));
             commands[1].submit();
-            lower.take(renderer.record_rows(commands[2], scene, data, rows / 2, rows - rows / 2));
+            lower.take(
+                renderer.record(commands[2], scene, data, TileRows{rows / 2, rows - rows / 2}));
             commands[2].submit();
-            last.take(renderer.record_coarse(commands[3], next, data, apart));
+            last.take(renderer.record(commands[3], next, data, apart));
             commands[3].submit();
             EXPECT_TRUE(held_back.is_held());
         }
@@ -312,17 +313,19 @@ TEST_F(FramesTest, InteractiveOnesAreRecordedWhileTheOnesBeforeAreDrawn) {
             for (uint32_t eye = 0; eye < recording.eyes; ++eye)
                 EXPECT_EQ(recording.eye(eye), expected[eye].samples);
         };
-        const auto expect_same_rays = [](const CoarseStats& a, const CoarseStats& b) {
+        const auto expect_same_rays = [](const FrameStats& got, const FrameStats& wanted) {
+            ASSERT_TRUE(got.coarse && wanted.coarse);
+            const CoarseStats &a = *got.coarse, &b = *wanted.coarse;
             EXPECT_EQ(a.error_estimate, b.error_estimate);
             EXPECT_EQ(a.first_judged, b.first_judged);
             EXPECT_EQ(a.traced_share, b.traced_share);
         };
-        const Result<CoarseStats> coarse = waiting.draw_coarse(scene, data, listed);
+        const Result<FrameStats> coarse = waiting.draw(scene, data, listed);
         expect_same(first, coarse);
         expect_same_rays(first.ticket->stats(), *coarse);
-        expect_same(upper, waiting.refine(scene, data, 0, rows / 2));
-        expect_same(lower, waiting.refine(scene, data, rows / 2, rows - rows / 2));
-        const Result<CoarseStats> few = waiting.draw_coarse(next, data, apart);
+        expect_same(upper, waiting.draw(scene, data, TileRows{0, rows / 2}));
+        expect_same(lower, waiting.draw(scene, data, TileRows{rows / 2, rows - rows / 2}));
+        const Result<FrameStats> few = waiting.draw(next, data, apart);
         expect_same(last, few);
         expect_same_rays(last.ticket->stats(), *few);
     }

@@ -50,13 +50,13 @@ TEST_F(InteractiveTest, HoldsFortyDecibelsFromAFractionOfTheRays) {
         Renderer renderer(device());
         const Result<Frame> full = renderer.render(scene, phantom());
         ASSERT_TRUE(full);
-        const Result<CoarseStats> coarse = renderer.draw_coarse(scene, phantom(), {});
+        const Result<FrameStats> coarse = renderer.draw(scene, phantom(), CoarseSettings{});
         ASSERT_TRUE(coarse);
         const double error = color_rmse(renderer.read_back()[0], full->eyes[0]);
         EXPECT_LT(error, 0.01); // 40 dB
         EXPECT_GT(error, 0.0);
-        EXPECT_LT(coarse->traced_share, 0.8);
-        EXPECT_GT(coarse->traced_share, 0.1);
+        EXPECT_LT(coarse->coarse->traced_share, 0.8);
+        EXPECT_GT(coarse->coarse->traced_share, 0.1);
     }
 }
 
@@ -66,12 +66,12 @@ TEST_F(InteractiveTest, WithoutContrastThePictureIsTheFullOne) {
     Renderer renderer(device());
     const Result<Frame> full = renderer.render(scene, phantom());
     ASSERT_TRUE(full);
-    const Result<CoarseStats> coarse =
-        renderer.draw_coarse(scene, phantom(), {.step_factor = 1.0, .contrast = -1.0});
+    const Result<FrameStats> coarse =
+        renderer.draw(scene, phantom(), CoarseSettings{.step_factor = 1.0, .contrast = -1.0});
     ASSERT_TRUE(coarse);
-    EXPECT_GT(coarse->traced_share, 0.3);
-    EXPECT_LT(coarse->traced_share, 1.0) << "empty tiles need no rays";
-    EXPECT_EQ(coarse->error_estimate, 0.0);
+    EXPECT_GT(coarse->coarse->traced_share, 0.3);
+    EXPECT_LT(coarse->coarse->traced_share, 1.0) << "empty tiles need no rays";
+    EXPECT_EQ(coarse->coarse->error_estimate, 0.0);
     EXPECT_EQ(renderer.read_back()[0].samples, full->eyes[0].samples);
 }
 
@@ -79,7 +79,7 @@ TEST_F(InteractiveTest, WithoutContrastThePictureIsTheFullOne) {
 // picture's to the bit, unless the full one meets something still nearer. How many are not.
 size_t expect_missed_lie_in_front(Renderer& renderer, const Scene& scene, const SceneData& data) {
     const Result<Frame> full = renderer.render(scene, data);
-    const Result<CoarseStats> few = renderer.draw_coarse(scene, data, {.contrast = -1.0});
+    const Result<FrameStats> few = renderer.draw(scene, data, CoarseSettings{.contrast = -1.0});
     if (!full || !few) {
         ADD_FAILURE() << (full ? few.error().message : full.error().message);
         return 0;
@@ -146,8 +146,8 @@ TEST_F(InteractiveTest, RaysThatBeginLateMayPassOverWhatIsThinnerThanTwoPixels) 
     EXPECT_GT(expect_missed_lie_in_front(renderer, scene, data), 0u);
     const Result<Frame> full = renderer.render(scene, data);
     ASSERT_TRUE(full) << full.error().message;
-    ASSERT_TRUE(renderer.draw_coarse(scene, data, {.contrast = -1.0}));
-    ASSERT_TRUE(renderer.refine(scene, data, 0, Renderer::tile_rows(scene)));
+    ASSERT_TRUE(renderer.draw(scene, data, CoarseSettings{.contrast = -1.0}));
+    ASSERT_TRUE(renderer.draw(scene, data, TileRows{0, Renderer::tile_rows(scene)}));
     const Image rested = renderer.read_back()[0];
     for (uint32_t y = 0; y < scene.size_px.y; ++y)
         for (uint32_t x = 0; x < scene.size_px.x; ++x)
@@ -164,10 +164,10 @@ TEST_F(InteractiveTest, FewerRaysAreThoseOfThePictureAndLinearBetween) {
             Renderer renderer(device());
             const Result<Frame> full = renderer.render(scene, phantom());
             ASSERT_TRUE(full);
-            const Result<CoarseStats> coarse =
-                renderer.draw_coarse(scene, phantom(), {.px_per_ray = apart});
+            const Result<FrameStats> coarse =
+                renderer.draw(scene, phantom(), CoarseSettings{.px_per_ray = apart});
             ASSERT_TRUE(coarse);
-            EXPECT_LT(coarse->traced_share, 1.1 / (apart * apart));
+            EXPECT_LT(coarse->coarse->traced_share, 1.1 / (apart * apart));
             const Image picture = renderer.read_back()[0];
             const glm::uvec2 size = scene.size_px;
             const glm::uvec2 rays = (size + (apart - 1)) / apart;
@@ -204,9 +204,9 @@ TEST_P(InteractiveEstimate, IsTheError) {
     double squares = 0;
     constexpr int kFrames = kJudgedSpacing_px; // which look at other pixels each
     for (int i = 0; i < kFrames; ++i) {
-        const Result<CoarseStats> coarse = renderer.draw_coarse(scene, phantom(), settings);
+        const Result<FrameStats> coarse = renderer.draw(scene, phantom(), settings);
         ASSERT_TRUE(coarse);
-        squares += coarse->error_estimate * coarse->error_estimate / kFrames;
+        squares += coarse->coarse->error_estimate * coarse->coarse->error_estimate / kFrames;
     }
     const Image hurried = renderer.read_back()[0];
     const double error = color_rmse(hurried, full->eyes[0]);
@@ -382,21 +382,21 @@ TEST_F(InteractiveTest, OfABrickAtlasItIsTheSameToTheBit) {
                            {.residency = Residency::atlas, .sampling = Sampling::by_hand});
             const CoarseSettings settings{.step_factor = 3.0};
             for (int frame = 0; frame < 2; ++frame) {
-                const Result<CoarseStats> a = dense.draw_coarse(scene, phantom(), settings);
-                const Result<CoarseStats> b = atlas.draw_coarse(scene, phantom(), settings);
+                const Result<FrameStats> a = dense.draw(scene, phantom(), settings);
+                const Result<FrameStats> b = atlas.draw(scene, phantom(), settings);
                 ASSERT_TRUE(a && b) << (a ? b.error().message : a.error().message);
-                EXPECT_FALSE(a->frame.atlas);
-                EXPECT_TRUE(b->frame.atlas);
-                EXPECT_EQ(a->error_estimate, b->error_estimate);
-                EXPECT_EQ(a->traced_share, b->traced_share);
+                EXPECT_FALSE(a->atlas);
+                EXPECT_TRUE(b->atlas);
+                EXPECT_EQ(a->coarse->error_estimate, b->coarse->error_estimate);
+                EXPECT_EQ(a->coarse->traced_share, b->coarse->traced_share);
                 EXPECT_EQ(dense.read_back()[0].samples, atlas.read_back()[0].samples);
                 if (!slices) {
-                    EXPECT_EQ(b->frame.uploaded_bricks > 0, frame == 0);
+                    EXPECT_EQ(b->uploaded_bricks > 0, frame == 0);
                 }
             }
             const uint32_t rows = Renderer::tile_rows(scene);
-            ASSERT_TRUE(atlas.refine(scene, phantom(), 0, rows / 2));
-            ASSERT_TRUE(atlas.refine(scene, phantom(), rows / 2, rows - rows / 2));
+            ASSERT_TRUE(atlas.draw(scene, phantom(), TileRows{0, rows / 2}));
+            ASSERT_TRUE(atlas.draw(scene, phantom(), TileRows{rows / 2, rows - rows / 2}));
             const Result<Frame> full = dense.render(scene, phantom());
             ASSERT_TRUE(full) << full.error().message;
             EXPECT_EQ(atlas.read_back()[0].samples, full->eyes[0].samples);
@@ -414,12 +414,12 @@ TEST_F(InteractiveTest, IsRefusedWhereTheVolumeIsMarchedInParts) {
     const Result<Frame> full = renderer.render(scene, data);
     ASSERT_TRUE(full) << full.error().message;
     EXPECT_GT(full->stats.parts, 1u);
-    const Result<CoarseStats> coarse = renderer.draw_coarse(scene, data, {});
+    const Result<FrameStats> coarse = renderer.draw(scene, data, CoarseSettings{});
     ASSERT_FALSE(coarse);
     EXPECT_EQ(coarse.error().message,
               "an interactive frame: expected room on the device for the 20 bricks that can be "
               "seen, found room for 12");
-    EXPECT_FALSE(renderer.refine(scene, data, 0, 1));
+    EXPECT_FALSE(renderer.draw(scene, data, TileRows{0, 1}));
     EXPECT_EQ(renderer.read_back()[0].samples, full->eyes[0].samples); // nothing was drawn
 }
 

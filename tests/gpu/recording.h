@@ -10,11 +10,9 @@
 namespace palpate {
 
 // A picture that is recorded, copied to the CPU by the same commands.
-template <class Ticket = FrameTicket>
 struct Recording {
     explicit Recording(Commands& into) : commands(&into) {}
-    template <class Recorded>
-    void take(Result<Recorded> recorded) {
+    void take(const Result<RecordedFrame>& recorded) {
         ASSERT_TRUE(recorded) << recorded.error().message;
         const ImageShape& shape = recorded->picture->shape();
         const Commands::Region all{
@@ -34,7 +32,7 @@ struct Recording {
     Commands* commands;
     uint32_t eyes = 0;
     std::optional<BufferSlice> out;
-    std::optional<Ticket> ticket;
+    std::optional<FrameTicket> ticket;
 };
 
 // Keeps the device from beginning commands for as long as a test wants.

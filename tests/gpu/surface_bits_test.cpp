@@ -249,7 +249,7 @@ TEST_F(SurfaceTest, InteractiveFramesSettleOnTheFullPicture) {
     add_rays(scene, RayMode::alpha);
     const Image full = drawn(scene, data)[0];
     Renderer renderer(device());
-    const Result<CoarseStats> coarse = renderer.draw_coarse(scene, data, {});
+    const Result<FrameStats> coarse = renderer.draw(scene, data, CoarseSettings{});
     ASSERT_TRUE(coarse) << coarse.error().message;
     // The rays it is held against, kJudgedSpacing_px apart both ways, are those of the full
     // picture, bit by bit, among meshes too. So the estimate is the error of these pixels but for
@@ -258,8 +258,8 @@ TEST_F(SurfaceTest, InteractiveFramesSettleOnTheFullPicture) {
     const Image hurried = renderer.read_back()[0];
     double squares = 0.0;
     int rays = 0;
-    for (uint32_t y = coarse->first_judged.y; y < scene.size_px.y; y += kJudgedSpacing_px)
-        for (uint32_t x = coarse->first_judged.x; x < scene.size_px.x;
+    for (uint32_t y = coarse->coarse->first_judged.y; y < scene.size_px.y; y += kJudgedSpacing_px)
+        for (uint32_t x = coarse->coarse->first_judged.x; x < scene.size_px.x;
              x += kJudgedSpacing_px, ++rays)
             for (size_t c = 0; c < 3; ++c) {
                 const double off = double{hurried.at(x, y, c)} - double{full.at(x, y, c)};
@@ -267,8 +267,8 @@ TEST_F(SurfaceTest, InteractiveFramesSettleOnTheFullPicture) {
             }
     const double error = std::sqrt(squares / rays);
     EXPECT_GT(error, 0.0);
-    EXPECT_NEAR(coarse->error_estimate, error, 4.0 * 0x1p-24 * error);
-    ASSERT_TRUE(renderer.refine(scene, data, 0, Renderer::tile_rows(scene)));
+    EXPECT_NEAR(coarse->coarse->error_estimate, error, 4.0 * 0x1p-24 * error);
+    ASSERT_TRUE(renderer.draw(scene, data, TileRows{0, Renderer::tile_rows(scene)}));
     EXPECT_EQ(renderer.read_back()[0].samples, full.samples);
 }
 

@@ -87,9 +87,10 @@ TEST_F(UnreadableTest, FramesOfEveryKindBeginAnewAfterwards) {
             EXPECT_EQ(renderer.read_back()[0].samples, undisturbed(options));
         };
         fails_then_draws([&](Renderer& r) { (void)r.draw(scene, data); });
-        fails_then_draws([&](Renderer& r) { (void)r.draw_coarse(scene, data, {}); });
-        fails_then_draws(
-            [&](Renderer& r) { (void)r.refine(scene, data, 0, Renderer::tile_rows(scene)); });
+        fails_then_draws([&](Renderer& r) { (void)r.draw(scene, data, CoarseSettings{}); });
+        fails_then_draws([&](Renderer& r) {
+            (void)r.draw(scene, data, TileRows{0, Renderer::tile_rows(scene)});
+        });
     }
 }
 
@@ -127,7 +128,7 @@ TEST_F(UnreadableTest, AnEditThatCannotBeReadLeavesTheNextOnesRight) {
                                                       : edited.brick_ptr(p));
         });
         data.volume = builder.finish();
-        EXPECT_THROW((void)renderer.draw_coarse(scene, data, {}), SourceError);
+        EXPECT_THROW((void)renderer.draw(scene, data, CoarseSettings{}), SourceError);
         away->broken = false;
         ASSERT_TRUE(renderer.draw(scene, data));
         EXPECT_EQ(renderer.read_back()[0].samples, undisturbed());

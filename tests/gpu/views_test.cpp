@@ -138,7 +138,7 @@ TEST_F(ViewsTest, PicturesAreThoseOfRenderersOfTheirOwn) {
         for (int frame = 0; frame < 6; ++frame) {
             if (frame > 1)
                 volume = dabbed(volume, frame);
-            std::deque<Recording<>> recordings;
+            std::deque<Recording> recordings;
             const auto is_shown = [&](int view) { return (view + frame) % 3 != 0 || frame == 0; };
             Commands commands(device());
             for (int view = 0; view < kViewCount; ++view)
@@ -393,7 +393,7 @@ TEST_F(ViewsTest, AnotherVolumeIsNotWaitedFor) {
         for (int view = 0; view < 2; ++view)
             ASSERT_TRUE(views[view].draw(scene_of(3 + view, 0), data_of(3 + view, volume_)));
         std::deque<Commands> commands;
-        std::deque<Recording<>> recordings;
+        std::deque<Recording> recordings;
         commands.emplace_back(device());
         HeldBack held_back(device(), commands.front());
         for (int frame = 0; frame < 2; ++frame) {

@@ -180,8 +180,8 @@ Result<std::vector<Picture>> Pictures::draw_full(const Wishes& wishes) {
         const Scene scene = made_of(*wish).scene;
         const SceneData data = data_for(*wish, scene);
         Renderer& renderer = renderer_of(wish->panel);
-        auto recorded = changed ? renderer.record_changed(commands, scene, data, *changed)
-                                : renderer.record(commands, scene, data);
+        const Request request = changed ? Request(ChangedPixels{*changed}) : WholePicture{};
+        auto recorded = renderer.record(commands, scene, data, request);
         images_.changed(wish->panel, recorded ? changed : std::nullopt);
         if (!recorded) {
             commands.submit(); // images are as tracked
