@@ -9,6 +9,7 @@
 #include "engine/base/assert.h"
 #include "engine/gpu/command_slot.h"
 #include "engine/gpu/commands.h"
+#include "engine/gpu/offer.h"
 #include "engine/gpu/recorded.h"
 
 namespace palpate {
@@ -72,6 +73,15 @@ void check_fits(const ComputePipeline& pipeline, std::span<const Bound> bound) {
 }
 
 } // namespace
+
+std::vector<Bound> Offer::taken_by(const ComputePipeline& pipeline) const {
+    std::vector<Bound> taken;
+    for (const Bound& bound : offered_)
+        if (std::any_of(pipeline.slots().begin(), pipeline.slots().end(),
+                        [&](const BindingSlot& slot) { return slot.binding == bound.binding; }))
+            taken.push_back(bound);
+    return taken;
+}
 
 void Commands::bind(const ComputePipeline& pipeline, std::span<const Bound> bound) {
     check_fits(pipeline, bound);

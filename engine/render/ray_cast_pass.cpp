@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/gpu/offer.h"
 #include "engine/render/frame_block.h"
 #include "shaders/shared/ray_cast.h"
 #include "spirv/mip_slabs.h"
@@ -282,8 +283,7 @@ void RayCastPass::list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t 
         bind_uniform(gpu::kTileRange, commands.upload(bytes_of(range))),
         bind_storage(gpu::kTileGroups, *rays.groups, Use::storage_write),
         bind_storage(gpu::kTileEntries, *rays.list, Use::storage_write),
-        // the pipeline has a place for spans; where there are none it writes none
-        bind_storage(gpu::kTileSpans, spans ? *rays.spans : *rays.list, Use::storage_write)};
+        bind_storage(gpu::kTileSpans, *or_unused(rays.spans), Use::storage_write)};
     const glm::uvec2 count = range.end - range.first;
     commands.dispatch(store_->pipelines.get(spirv::Tiles{.list = which, .write_spans = spans}),
                       bound, {(count.x + 63) / 64, count.y, eye_count(frame.scene)});
@@ -303,55 +303,40 @@ void RayCastPass::cast(const ViewFrame& frame, const Rays& rays) {
     Targets& targets = frame.targets;
     VolumeUse& voxels = frame.voxels;
     const Sampler &linear = store_->linear, &nearest = store_->nearest;
+    const RayCastVariant& variant = rays.variant;
     GpuImage& volume = voxels.volume().image();
-    std::vector<Bound> bound{bind_uniform(gpu::kRayFrame, rays.block),
-                             bind_sampled(gpu::kRayVolume, volume, linear)};
-    if (rays.table) {
-        bound.push_back(bind_sampled(gpu::kRayTable, *rays.table, nearest));
-        // the pipeline has a place for gradients; where there are none it reads none
-        GpuImage* const gradients = voxels.gradients();
-        bound.push_back(bind_sampled(gpu::kRayGradients, gradients ? *gradients : volume, linear));
-        // so with slabs
-        bound.push_back(bind_storage(gpu::kRaySlabs, rays.slabs ? *rays.slabs : *rays.list));
-    }
-    if (rays.variant.exact) {
-        bound.push_back(bind_sampled(gpu::kRayCorners, volume, nearest));
-        if (rays.table)
-            bound.push_back(bind_sampled(gpu::kRaySmoothTable, *rays.table, linear));
-    }
-    if (rays.variant.labels) {
-        bound.push_back(bind_sampled(gpu::kRayLabels, voxels.labels(), store_->label_sampler));
-        bound.push_back(bind_storage(gpu::kRayStyles, frame.styles->buffer.get()));
-    }
-    if (rays.variant.slices) {
-        bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest));
-        bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest));
-    }
-    bound.push_back(bind_storage_image(gpu::kRayColor, *rays.color));
-    if (rays.variant.values)
-        bound.push_back(bind_storage_image(gpu::kRayValues, *rays.values));
-    bound.push_back(bind_sampled(gpu::kRayCells, voxels.cells().image(), nearest));
-    bound.push_back(bind_storage(gpu::kRayTiles, *rays.list,
-                                 rays.variant.count ? Use::storage_write : Use::storage_read));
-    if (rays.variant.has_first_hits()) {
-        // The pipeline may write there. Where there are no first hits it does not; what stands in
-        // their place is bound last of its uses here, and treated as if it did.
-        const bool leaves = rays.variant.rays == gpu::kRaysEverySecond || !rays.first_hits;
-        bound.push_back(bind_storage(gpu::kRayFirstHits,
-                                     rays.first_hits ? *rays.first_hits : *rays.list,
-                                     leaves ? Use::storage_write : Use::storage_read));
-    }
-    bound.push_back(bind_storage(gpu::kRayTileGroups, *rays.groups));
-    bound.push_back(bind_storage(gpu::kRaySpans, rays.spans ? *rays.spans : *rays.groups));
-    voxels.bind_atlas(bound, gpu::kRayPages, gpu::kRayAtlas, nearest);
-    if (rays.variant.atlas)
-        bound.push_back(bind_storage_image(gpu::kRayCarry, *carry_));
-    if (rays.variant.layers > 0)
-        bound.push_back(bind_sampled(gpu::kRaySurfaces, *targets.layers, nearest));
+    // Variants without stored gradients have a place for them and do not read it.
+    GpuImage* const gradients = voxels.gradients() ? voxels.gradients() : &volume;
+    const bool may_write_hits = variant.rays == gpu::kRaysEverySecond || !rays.first_hits;
+    Offer offer;
+    offer.uniform(gpu::kRayFrame, rays.block)
+        .sampled(gpu::kRayVolume, &volume, linear)
+        .sampled(gpu::kRayTable, rays.table, nearest)
+        .sampled(gpu::kRayGradients, gradients, linear)
+        .storage(gpu::kRaySlabs, or_unused(rays.slabs))
+        .sampled(gpu::kRayCorners, &volume, nearest)
+        .sampled(gpu::kRaySmoothTable, rays.table, linear)
+        .sampled(gpu::kRayLabels, voxels.labels(), store_->label_sampler)
+        .storage(gpu::kRayStyles, frame.styles ? &frame.styles->buffer.get() : nullptr)
+        .sampled(gpu::kRayBehind, pointer_to(targets.behind), nearest)
+        .sampled(gpu::kRayBehindValues, pointer_to(targets.behind_values), nearest)
+        .storage_image(gpu::kRayColor, rays.color)
+        .storage_image(gpu::kRayValues, rays.values)
+        .sampled(gpu::kRayCells, &voxels.cells().image(), nearest)
+        .storage(gpu::kRayTiles, rays.list, variant.count ? Use::storage_write : Use::storage_read)
+        .storage(gpu::kRayTileGroups, rays.groups)
+        .storage(gpu::kRaySpans, or_unused(rays.spans))
+        // after all places of the unused buffer that are read: the last use is what counts
+        .storage(gpu::kRayFirstHits, or_unused(rays.first_hits),
+                 may_write_hits ? Use::storage_write : Use::storage_read)
+        .storage_image(gpu::kRayCarry, pointer_to(carry_))
+        .sampled(gpu::kRaySurfaces, pointer_to(targets.layers), nearest);
+    voxels.offer_atlas(offer, gpu::kRayPages, gpu::kRayAtlas, nearest);
+    const ComputePipeline& pipeline = store_->pipelines.get(variant);
     frame.commands.begin_pass(rays.name);
     frame.commands.dispatch_indirect(
-        store_->pipelines.get(rays.variant), bound, *rays.groups,
-        rays.variant.rays == gpu::kRaysEverySecond ? gpu::kTileQuarters : 0);
+        pipeline, offer.taken_by(pipeline), *rays.groups,
+        variant.rays == gpu::kRaysEverySecond ? gpu::kTileQuarters : 0);
     frame.commands.end_pass();
 }
 

@@ -15,7 +15,8 @@ namespace palpate {
 // those. CoarsePass casts other rays by it.
 class RayCastPass {
  public:
-    explicit RayCastPass(RenderStore& store) : store_(&store) {}
+    explicit RayCastPass(RenderStore& store)
+        : store_(&store), unused_(store.device, "unused", sizeof(uint32_t), Memory::device) {}
     ~RayCastPass() { store_->transfers.drop(table_); }
     RayCastPass(const RayCastPass&) = delete;
     RayCastPass& operator=(const RayCastPass&) = delete;
@@ -67,7 +68,10 @@ class RayCastPass {
                     const gpu::TileRange& range);
 
  private:
+    Buffer* or_unused(Buffer* buffer) { return buffer ? buffer : &unused_; }
+
     RenderStore* store_;
+    Buffer unused_; // where a shader has a place that its constants leave alone
     std::shared_ptr<TransferImage> table_;
     RayCastVariant variant_;
     gpu::Frame block_;

@@ -1,5 +1,6 @@
 #include "engine/render/slice_pass.h"
 
+#include "engine/gpu/offer.h"
 #include "engine/render/frame_block.h"
 #include "shaders/shared/slices.h"
 #include "shaders/shared/tiles.h"
@@ -16,7 +17,7 @@ void SlicePass::prepare(const ViewFrame& frame) {
         OverInputs inputs;
         if (scene.fusion) {
             store_->take_table(fused_table_, scene.fusion->transfer, 1.0, frame.commands);
-            inputs = {frame.voxels.fused().value_scale(), frame.voxels.fused().value_bias(),
+            inputs = {frame.voxels.fused()->value_scale(), frame.voxels.fused()->value_bias(),
                       fused_table_->low(), fused_table_->high(), 1};
         }
         if (frame.overlay_styles)
@@ -34,47 +35,41 @@ size_t SlicePass::record(const ViewFrame& frame, const std::optional<PixelBox>& 
     Targets& targets = frame.targets;
     Commands& commands = frame.commands;
     const size_t uploaded = frame.voxels.show_slices(frame.scene, commands);
-    std::vector<Bound> bound{
-        bind_uniform(gpu::kSliceFrame, *block_),
-        bind_sampled(gpu::kSliceVolume, frame.voxels.volume().image(), store_->linear),
-        bind_sampled(gpu::kSliceTable, table_->image(), store_->nearest)};
-    if (frame.styles) {
-        bound.push_back(
-            bind_sampled(gpu::kSliceLabels, frame.voxels.labels(), store_->label_sampler));
-        bound.push_back(bind_storage(gpu::kSliceStyles, frame.styles->buffer.get()));
-    }
-    bound.push_back(bind_uniform(gpu::kSlicePlanes, *planes_));
-    if (over_)
-        bound.push_back(bind_uniform(gpu::kSliceOver, *over_));
-    if (fused_table_) {
-        bound.push_back(
-            bind_sampled(gpu::kSliceFused, frame.voxels.fused().image(), store_->linear));
-        bound.push_back(
-            bind_sampled(gpu::kSliceFusedTable, fused_table_->image(), store_->nearest));
-    }
-    if (frame.overlay_styles) {
-        bound.push_back(
-            bind_sampled(gpu::kSliceOverlay, frame.voxels.overlay(), store_->label_sampler));
-        bound.push_back(bind_storage(gpu::kSliceOverlayStyles, frame.overlay_styles->buffer.get()));
-    }
+    GpuVolume* const fused = frame.voxels.fused();
+    const auto styles_of = [](LabelStyles* styles) {
+        return styles ? &styles->buffer.get() : nullptr;
+    };
     const bool behind = targets.behind.has_value();
-    bound.push_back(
-        bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));
-    bound.push_back(
-        bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
-    frame.voxels.bind_atlas(bound, gpu::kSlicePages, gpu::kSliceAtlas, store_->nearest);
+    Offer offer;
+    offer.uniform(gpu::kSliceFrame, block_)
+        .sampled(gpu::kSliceVolume, &frame.voxels.volume().image(), store_->linear)
+        .sampled(gpu::kSliceTable, &table_->image(), store_->nearest)
+        .sampled(gpu::kSliceLabels, frame.voxels.labels(), store_->label_sampler)
+        .storage(gpu::kSliceStyles, styles_of(frame.styles))
+        .uniform(gpu::kSlicePlanes, planes_)
+        .uniform(gpu::kSliceOver, over_)
+        .sampled(gpu::kSliceFused, fused ? &fused->image() : nullptr, store_->linear)
+        .sampled(gpu::kSliceFusedTable, fused_table_ ? &fused_table_->image() : nullptr,
+                 store_->nearest)
+        .sampled(gpu::kSliceOverlay, frame.voxels.overlay(), store_->label_sampler)
+        .storage(gpu::kSliceOverlayStyles, styles_of(frame.overlay_styles))
+        .storage_image(gpu::kSliceColor, pointer_to(behind ? targets.behind : targets.color))
+        .storage_image(gpu::kSliceValues,
+                       pointer_to(behind ? targets.behind_values : targets.values));
+    frame.voxels.offer_atlas(offer, gpu::kSlicePages, gpu::kSliceAtlas, store_->nearest);
     const PixelBox box = only.value_or(PixelBox{glm::uvec2(0), frame.scene.size_px});
     if (box.empty())
         return uploaded;
     const glm::uvec2 first = box.low / gpu::kTileSide;
+    const ComputePipeline& pipeline = store_->pipelines.get(
+        spirv::Slices{.has_labels = frame.styles != nullptr,
+                      .has_atlas = frame.voxels.volume().is_atlas(),
+                      .has_fusion = fused != nullptr,
+                      .has_overlay = frame.overlay_styles != nullptr,
+                      .manual = store_->options.sampling == Sampling::by_hand});
     commands.begin_pass("slices");
-    commands.dispatch(store_->pipelines.get(
-                          spirv::Slices{.has_labels = frame.styles != nullptr,
-                                        .has_atlas = frame.voxels.volume().is_atlas(),
-                                        .has_fusion = fused_table_ != nullptr,
-                                        .has_overlay = frame.overlay_styles != nullptr,
-                                        .manual = store_->options.sampling == Sampling::by_hand}),
-                      bound, {tile_count(box.high) - first, eye_count(frame.scene)}, {first, 0});
+    commands.dispatch(pipeline, offer.taken_by(pipeline),
+                      {tile_count(box.high) - first, eye_count(frame.scene)}, {first, 0});
     commands.end_pass();
     return uploaded;
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/gpu/offer.h"
 #include "engine/render/cell_map.h"
 #include "engine/render/change_log.h"
 #include "engine/render/frame.h"
@@ -102,9 +103,10 @@ class VolumeUse {
 
     // After VolumeResidency::prepare():
     GpuVolume& volume() { return *residency_->volume_; }
-    GpuImage& labels() { return residency_->labels_->image(); }
-    GpuVolume& fused() { return *residency_->fused_; } // where slices show them
-    GpuImage& overlay() { return residency_->overlay_->image(); }
+    // Null where the frame shows none; the latter two where slices do.
+    GpuImage* labels() { return has_labels_ ? &residency_->labels_->image() : nullptr; }
+    GpuVolume* fused() { return has_fused_ ? &*residency_->fused_ : nullptr; }
+    GpuImage* overlay() { return has_overlay_ ? &residency_->overlay_->image() : nullptr; }
     CellMap& cells() { return cells_->map; }
     // Stored gradients; null where the frame's rays take none.
     GpuImage* gradients() { return wants_gradients_ ? &residency_->gradients_->image() : nullptr; }
@@ -119,8 +121,7 @@ class VolumeUse {
     // here on. Returns how many were uploaded.
     size_t show_part(size_t part, Commands& commands);
     size_t show_slices(const Scene& scene, Commands& commands);
-    void bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame,
-                    const Sampler& nearest);
+    void offer_atlas(Offer& offer, uint32_t pages, uint32_t frame, const Sampler& nearest);
 
     void tell(FrameStats& stats) const;
 

@@ -80,12 +80,9 @@ size_t VolumeUse::show(const Part& part, bool first, Commands& commands) {
     return uploaded;
 }
 
-void VolumeUse::bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame,
-                           const Sampler& nearest) {
-    if (!volume().is_atlas())
-        return;
-    bound.push_back(bind_sampled(pages, volume().atlas().table(), nearest));
-    bound.push_back(bind_uniform(frame, *atlas_frame_));
+void VolumeUse::offer_atlas(Offer& offer, uint32_t pages, uint32_t frame, const Sampler& nearest) {
+    if (volume().is_atlas())
+        offer.sampled(pages, &volume().atlas().table(), nearest).uniform(frame, atlas_frame_);
 }
 
 void VolumeUse::tell(FrameStats& stats) const {

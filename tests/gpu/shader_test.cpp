@@ -1,6 +1,7 @@
 // The build reads this from a shader, and C++ cannot misunderstand it; see also wrong_shaders.
 
 #include "engine/gpu/shader.h"
+#include "engine/gpu/offer.h"
 
 #include <gmock/gmock.h>
 
@@ -128,6 +129,36 @@ TEST_F(ShaderTest, WhatDoesNotFitAShaderIsNamed) {
     too_small[1] = bind_uniform(gpu::kKindBlock, {block_, 0, 84});
     EXPECT_DEATH(run(spirv::EveryKind{}, too_small),
                  "binding 0 .Block.: expected 88 bytes or more, found 84");
+}
+
+// What a pass offers serves every variant; one that needs what is not there is named all the same.
+TEST_F(ShaderTest, AVariantTakesOfAnOfferWhatItDeclares) {
+    Offer offer;
+    offer.storage_image(gpu::kKindTarget, &target_)
+        .uniform(gpu::kKindBlock, BufferSlice(block_))
+        .storage(gpu::kKindOut, &out_, Use::storage_write)
+        .sampled(gpu::kKindImage, &image_, nearest_)
+        .storage(gpu::kKindMore, nullptr);
+    const auto taken = [&](const Shader& shader) {
+        std::vector<uint32_t> bindings;
+        for (const Bound& bound : offer.taken_by(ComputePipeline(device(), shader)))
+            bindings.push_back(bound.binding);
+        return bindings;
+    };
+    const uint32_t all[] = {gpu::kKindTarget, gpu::kKindBlock, gpu::kKindOut, gpu::kKindImage,
+                            gpu::kKindMore};
+    EXPECT_THAT(taken(spirv::EveryKind{.has_more = true}),
+                testing::ElementsAreArray(std::span(all).first(4)));
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    EXPECT_DEATH(run(spirv::EveryKind{.has_more = true},
+                     offer.taken_by(ComputePipeline(device(), spirv::EveryKind{.has_more = true}))),
+                 "every_kind has_more: binding 7 .More.: expected a storage buffer, found nothing");
+    offer.storage(gpu::kKindMore, &more_);
+    EXPECT_THAT(taken(spirv::EveryKind{.has_more = true}), testing::ElementsAreArray(all));
+    EXPECT_THAT(taken(spirv::EveryKind{}), testing::ElementsAreArray(std::span(all).first(4)));
+    EXPECT_EQ(run(spirv::EveryKind{}, offer.taken_by(ComputePipeline(device(), spirv::EveryKind{})))
+                  .whole,
+              7u);
 }
 
 } // namespace
