@@ -12,54 +12,9 @@ namespace palpate {
 
 namespace {
 
-// From the best to the coarsest: the front of error against time, for MIP, iso and alpha alike.
-// Longer steps take off little time beside rays that are few (docs/log/rendering.md).
-struct Level {
-    double step_factor;
-    double contrast_factor; // of the mode's contrast; for two pixels a ray
-    uint32_t px_per_ray;
-};
-constexpr double kNoneBetween = 1e9; // of the rays of every second pixel
-constexpr std::array<Level, 10> kLevels{{{1.0, 1.0, 2},
-                                         {1.0, 1.5, 2},
-                                         {1.0, 2.0, 2},
-                                         {1.0, 3.0, 2},
-                                         {1.0, 4.0, 2},
-                                         {1.0, 6.0, 2},
-                                         {1.0, kNoneBetween, 2},
-                                         {1.0, 1.0, 4},
-                                         {2.0, 1.0, 8},
-                                         {2.0, 1.0, 16}}};
-
-// How many samples a level takes, beside one step and one ray a pixel, where one in two pixels both
-// ways and those listed are `listed_share` of all.
-double samples_of(const Level& level, bool has_steps, double listed_share) {
-    const double rays =
-        level.px_per_ray == 2 ? listed_share : 1.0 / (1.0 * level.px_per_ray * level.px_per_ray);
-    return rays / (has_steps ? level.step_factor : 1.0);
-}
-
-// A level is left for a better one when that is expected to take less than this share of the
-// budget, so that the two do not take turns.
-constexpr double kComfortable = 0.9;
-
-// A coarser level is tried, one at a time, by frames that take more than the budget and whose error
-// is below the aim by this factor: a level and the next are less far apart.
-constexpr double kFarBetter = 0.3;
-
-// A better level that is not known is tried where frames take less than this share of the room.
-constexpr double kTried = 0.6;
-
-// The known time of a level fades by this factor a frame, so that a level that took a tenth too
-// long is tried again within 40 frames.
-constexpr double kForgotten = 0.995;
-
 // The known time of pixels that are drawn anew fades by this factor if it let a frame of fewer rays
 // be drawn instead: the first of their kind waits for its pipeline.
 constexpr double kDoubted = 0.5;
-
-// A frame that takes so much longer than those before is of another view, and not averaged.
-constexpr double kSudden = 1.5;
 
 // Rays take the part of a frame's time that changes with their number.
 Interactive::Times measured(const FrameStats& frame) {
@@ -119,7 +74,7 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
     if (!is_same_scene)
         tile_ms_ = others_ms_ = 0;
     // A picture from fewer rays may take longer than the budget; then these pixels may, too.
-    const double longest_ms = std::max(budget_ms_, level_ms_[level_]);
+    const double longest_ms = std::max(budget_ms_, levels_.known_ms());
     if (is_same_scene && changed && can_redraw(scene) &&
         expected_ms(*changed, tile_count(scene.size_px).x) <= longest_ms)
         return draw_changed(scene, data, *changed);
@@ -160,65 +115,29 @@ Result<InteractiveFrame> Interactive::draw_changed(const Scene& scene, const Sce
 }
 
 Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const SceneData& data) {
-    const Level level = kLevels[level_];
+    const Level level = levels_.level();
     CoarseSettings settings{.step_factor = level.step_factor, .px_per_ray = level.px_per_ray};
     settings.contrast = level.contrast_factor * default_contrast(scene.ray_cast->mode);
     tile_ms_ *= kDoubted;
     others_ms_ *= kDoubted;
-    auto few = renderer_->draw(scene, data, settings);
-    if (!few) {
+    auto drawn = renderer_->draw(scene, data, settings);
+    if (!drawn) {
         last_.reset(); // nobody knows what is there
-        return pass_on(few);
+        return pass_on(drawn);
     }
-    const CoarseStats& drawn = *few->coarse;
-    if (level.px_per_ray == 2)
-        listed_share_ = std::max(drawn.traced_share, 0.01);
-    InteractiveFrame frame{
-        *few, drawn.error_estimate, level.step_factor, drawn.traced_share, level.px_per_ray, false,
-        false};
-    frame.coarsest = level_ + 1 == kLevels.size();
-    last_error_ = frame.error_estimate;
-    choose_level(*few, scene);
+    const CoarseStats few = *drawn->coarse;
+    const Times took = times_of_(*drawn);
+    InteractiveFrame frame{.frame = std::move(*drawn),
+                           .error_estimate = few.error_estimate,
+                           .step_factor = level.step_factor,
+                           .traced_share = few.traced_share,
+                           .px_per_ray = level.px_per_ray,
+                           .coarsest = levels_.is_coarsest()};
+    last_error_ = few.error_estimate;
+    levels_.drawn({took.wall_ms, took.ray_ms, few.error_estimate, few.traced_share,
+                   scene.ray_cast->integrator != Integrator::exact},
+                  {budget_ms_, aim_, longest_ms_});
     return frame;
-}
-
-// Chooses the level of the next moving frame.
-void Interactive::choose_level(const FrameStats& drawn, const Scene& scene) {
-    static_assert(kLevels.size() == kLevelCount);
-    const Level level = kLevels[level_];
-    const bool has_steps = scene.ray_cast->integrator != Integrator::exact;
-    const Times took = times_of_(drawn);
-    const double frame_ms = took.wall_ms, ray_ms = took.ray_ms;
-    const double longest_ms = std::max(budget_ms_, longest_ms_);
-    for (double& known_ms : level_ms_)
-        known_ms *= kForgotten; // so that it is tried again
-    double& own_ms = level_ms_[level_];
-    const bool is_alike = own_ms > 0.0 && frame_ms < kSudden * own_ms;
-    own_ms = is_alike ? 0.5 * (own_ms + frame_ms) : frame_ms;
-    const double wall_ms = own_ms;
-    // The time of an unknown level is guessed from its samples. That is too much for a better
-    // level: rays that lie far apart take longer each.
-    const auto expected_ms = [&](size_t other) {
-        if (level_ms_[other] > 0.0)
-            return level_ms_[other];
-        return wall_ms - ray_ms +
-               ray_ms * samples_of(kLevels[other], has_steps, listed_share_) /
-                   samples_of(level, has_steps, listed_share_);
-    };
-    const bool is_good = drawn.coarse->error_estimate <= aim_;
-    // A good frame may take less than its time, and one that is far better than it need be should.
-    const bool is_too_good = drawn.coarse->error_estimate <= kFarBetter * aim_;
-    if (wall_ms > longest_ms) {
-        while (level_ + 1 < kLevels.size() && expected_ms(level_) > longest_ms)
-            ++level_;
-    } else if (wall_ms > budget_ms_ && is_too_good) {
-        level_ = std::min(level_ + 1, kLevels.size() - 1);
-    } else if (level_ > 0) {
-        const double room_ms = kComfortable * (is_good ? budget_ms_ : longest_ms);
-        const bool is_unknown = level_ms_[level_ - 1] == 0.0;
-        if (expected_ms(level_ - 1) < room_ms || (is_unknown && wall_ms < kTried * room_ms))
-            --level_;
-    }
 }
 
 Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const SceneData& data) {

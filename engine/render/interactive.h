@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/render/level_choice.h"
 #include "engine/render/renderer.h"
 
 namespace palpate {
@@ -65,16 +66,12 @@ class Interactive {
                                           const PixelBox& changed);
     InteractiveFrame unchanged() const;
     double expected_ms(const PixelBox& changed, uint32_t columns) const;
-    void choose_level(const FrameStats& drawn, const Scene& scene);
 
     Renderer* renderer_;
     double budget_ms_;
     std::function<Times(const FrameStats&)> times_of_;
     double aim_ = std::numeric_limits<double>::infinity(), longest_ms_ = 0;
-    static constexpr size_t kLevelCount = 10;
-    size_t level_ = 0;                           // of quality: the next frame's steps and rays
-    std::array<double, kLevelCount> level_ms_{}; // what its frames took lately; 0: not known
-    double listed_share_ = 1;   // traced_share of the last frame with px_per_ray of 2
+    LevelChoice levels_;
     double last_error_ = 0;     // of the last moving frame
     std::optional<Scene> last_; // what was drawn last
     std::vector<std::shared_ptr<const Mesh>> last_meshes_;
