@@ -194,6 +194,7 @@ CoarseRays CoarsePass::record_judgement(const ViewFrame& frame, RayCastPass& pas
     const glm::uvec2 count = (size_px_ - first + (kJudgedSpacing_px - 1)) / kJudgedSpacing_px;
     Rays sparse = full;
     sparse.name = "sparse pixels";
+    sparse.is_picture = false;
     sparse.count = count;
     sparse.block =
         commands.upload(bytes_of(sparser(pass.block(), count, first, kJudgedSpacing_px)));

@@ -77,7 +77,8 @@ struct CoarseStats {
 // The cost of one frame: times in ms, and counts of uploads.
 struct FrameStats {
     std::vector<PassTime> passes; // GPU time of each, in order
-    double wall_ms = 0;           // from recording to the GPU's last word, fenced
+    double ray_ms = 0;  // of that, the rays': all but those that a picture from fewer is judged by
+    double wall_ms = 0; // from recording to the GPU's last word, fenced
     size_t uploaded_bricks = 0;
     size_t made_blocks = 0;  // of live surfaces, 8^3 samples each
     double cell_map_ms = 0;  // CPU time for what is jumped over, where that had to be made
@@ -116,7 +117,8 @@ class FrameTicket {
     Ticket ticket_;
     FrameStats known_;
     std::optional<CoarseRays> coarse_;
-    size_t first_, last_; // its passes among those of the commands
+    std::vector<size_t> ray_passes_; // among those of the commands
+    size_t first_, last_;            // its passes among those of the commands
 };
 
 // A frame that was recorded. The images stay the renderer's and hold the frame for what is recorded

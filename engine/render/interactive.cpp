@@ -18,12 +18,7 @@ constexpr double kDoubted = 0.5;
 
 // Rays take the part of a frame's time that changes with their number.
 Interactive::Times measured(const FrameStats& frame) {
-    double sum = 0.0;
-    for (const PassTime& pass : frame.passes)
-        for (const char* const name :
-             {"few pixels", "every second pixel", "listed pixels", "ray cast"})
-            sum += pass.name == name ? pass.gpu_ms : 0.0;
-    return {frame.wall_ms, std::min(sum, frame.wall_ms)};
+    return {frame.wall_ms, std::min(frame.ray_ms, frame.wall_ms)};
 }
 
 uint32_t tiles_of(const PixelBox& box) {

@@ -174,6 +174,7 @@ void RayCastPass::prepare(const ViewFrame& frame, bool count) {
     const Scene& scene = frame.scene;
     const RayCastLayer& layer = *scene.ray_cast;
     listed_.clear();
+    timed_.clear();
     if (layer.mode == RayMode::iso) // surfaces have colours of their own
         store_->transfers.drop(table_);
     else
@@ -333,6 +334,8 @@ void RayCastPass::cast(const ViewFrame& frame, const Rays& rays) {
         .sampled(gpu::kRaySurfaces, pointer_to(targets.layers), nearest);
     voxels.offer_atlas(offer, gpu::kRayPages, gpu::kRayAtlas, nearest);
     const ComputePipeline& pipeline = store_->pipelines.get(variant);
+    if (rays.is_picture)
+        timed_.push_back(frame.commands.pass_count());
     frame.commands.begin_pass(rays.name);
     frame.commands.dispatch_indirect(
         pipeline, offer.taken_by(pipeline), *rays.groups,

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/render/ray_cast_variant.h"
@@ -34,6 +35,9 @@ class RayCastPass {
     // The full picture in some tiles, over what is there.
     void record_tiles(const ViewFrame& frame, const gpu::TileRange& range);
 
+    // The passes of the frame's commands, by number, that cast rays of the picture. Once a frame.
+    std::vector<size_t> take_timed() { return std::exchange(timed_, {}); }
+
     // Once the device is past the frame: its samples, where they were counted.
     uint64_t read_sample_counts();
 
@@ -51,6 +55,7 @@ class RayCastPass {
         Buffer* slabs = nullptr;      // where takes_slabs(variant)
         Buffer* spans = nullptr;      // of the picture's tiles, where rays lie between them
         Buffer* first_hits = nullptr; // of every second pixel, where variant.has_first_hits()
+        bool is_picture = true;       // false: the picture is judged by them
     };
     // One a pixel, at full quality.
     Rays all_rays(const ViewFrame& frame);
@@ -84,6 +89,7 @@ class RayCastPass {
         BufferSlice tiles, groups;
     };
     std::vector<Listed> listed_; // while samples are counted
+    std::vector<size_t> timed_;
 };
 
 } // namespace palpate

@@ -69,6 +69,8 @@ double Renderer::pipeline_wait_ms() const {
 FrameStats FrameTicket::stats() const {
     FrameStats stats = known_;
     const std::vector<PassTime> times = ticket_.times();
+    for (const size_t i : ray_passes_)
+        stats.ray_ms += times[i].gpu_ms;
     for (size_t i = first_; i < last_; ++i) { // those of the same name added up
         const auto same = std::find_if(stats.passes.begin(), stats.passes.end(),
                                        [&](const PassTime& p) { return p.name == times[i].name; });
@@ -201,9 +203,11 @@ size_t Renderer::record_meshes_behind(Task& task) {
 
 RecordedFrame Renderer::recorded(Task& task, FrameStats stats) {
     Targets& targets = *passes_->targets;
-    return {&*targets.color, targets.returned_values(),
-            FrameTicket(task.commands.ticket(), std::move(stats), task.first_pass,
-                        task.commands.pass_count())};
+    FrameTicket ticket(task.commands.ticket(), std::move(stats), task.first_pass,
+                       task.commands.pass_count());
+    if (passes_->ray_cast)
+        ticket.ray_passes_ = passes_->ray_cast->take_timed();
+    return {&*targets.color, targets.returned_values(), std::move(ticket)};
 }
 
 Result<RecordedFrame> Renderer::record_full(Task& task) {
