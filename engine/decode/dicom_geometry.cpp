@@ -67,13 +67,21 @@ bool is_slice_increment(const Tag& tag) {
     return false;
 }
 
+// Binary numbers of a place: none where any is not finite, as of decimal strings.
+std::vector<double> finite_numbers(const DataSet& set, const Tag& tag) {
+    std::vector<double> all = numbers<double>(set, tag);
+    if (!std::ranges::all_of(all, [](double number) { return std::isfinite(number); }))
+        all.clear();
+    return all;
+}
+
 // Position and orientation of an ultrasound volume.
 void take_volume_geometry(const DataSet& groups, DicomFrame& frame) {
     if (const DicomItem group = first_item(groups, kVolumePosition))
-        if (const auto p = numbers<double>(*group, Tag(0x0020, 0x9301)); p.size() == 3)
+        if (const auto p = finite_numbers(*group, Tag(0x0020, 0x9301)); p.size() == 3)
             frame.position = glm::dvec3(p[0], p[1], p[2]);
     if (const DicomItem group = first_item(groups, Tag(0x0020, 0x930f)))
-        if (const auto a = numbers<double>(*group, Tag(0x0020, 0x9302)); a.size() == 6)
+        if (const auto a = finite_numbers(*group, Tag(0x0020, 0x9302)); a.size() == 6)
             frame.axes = glm::dmat2x3{{a[0], a[1], a[2]}, {a[3], a[4], a[5]}};
 }
 

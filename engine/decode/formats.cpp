@@ -1,6 +1,7 @@
 #include <exception>
 #include <fstream>
 
+#include "engine/base/printable.h"
 #include "engine/decode/dicom_walk.h"
 #include "engine/decode/formats.h"
 #include "engine/decode/not_read.h"
@@ -145,7 +146,12 @@ Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink) {
             continue;
         try {
             Result<Decoded> decoded = format.decode(request, sink);
-            if (decoded && request.resample_slices && !decoded->heeded_resample_slices)
+            // What a message quotes from the file may hold line breaks.
+            if (!decoded)
+                return fail("{}", printable(decoded.error().message));
+            for (std::string& warning : decoded->warnings)
+                warning = printable(warning);
+            if (request.resample_slices && !decoded->heeded_resample_slices)
                 decoded->warnings.push_back(request.path.string() +
                                             ": --resample-slices has no effect: it is no series "
                                             "of DICOM images");

@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <functional>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/decode/dicom_elements.h"
@@ -173,6 +175,50 @@ TEST_P(DicomFrames, OfEnhancedImagesLieWhereTheirGroupsPlaceThem) {
             EXPECT_THAT(found->decoded.warnings, Contains(HasSubstr("axes of its transducer")));
         else
             EXPECT_THAT(found->decoded.warnings, IsEmpty());
+    }
+}
+
+// Binary numbers may be infinite or NaN: a volume with such a place has none.
+TEST_P(DicomFrames, OfVolumesWhosePlaceIsNotFiniteAreAsWithoutAPlace) {
+    Random random(3);
+    const Truth truth = random_truth(random, false);
+    const std::vector<Stored> frames = stored_frames(random, truth, true);
+    const auto words = [&](const std::optional<std::vector<double>>& axes,
+                           const std::optional<std::vector<double>>& position) {
+        DicomData data = enhanced(truth, frames, true, Tells::index), turned, measures, shared;
+        put_spacing(truth, measures);
+        shared.put_items(0x28, 0x9110, {measures.put(0x18, 0x50, "DS", "1")});
+        if (axes)
+            shared.put_items(0x20, 0x930f, {turned.put_doubles(0x20, 0x9302, *axes)});
+        if (position) {
+            std::vector<DicomData> groups;
+            for (size_t i = 0; i < frames.size(); ++i) {
+                DicomData place, group;
+                groups.push_back(
+                    group.put_items(0x20, 0x930e, {place.put_doubles(0x20, 0x9301, *position)}));
+            }
+            data.put_items(0x5200, 0x9230, groups);
+        }
+        data.put_items(0x5200, 0x9229, {shared});
+        write(data, kVolumeClass);
+        const auto found = decoded(folder_ / "a.dcm");
+        return found ? fmt::format("read: {}", fmt::join(found->decoded.warnings, "; "))
+                     : found.error().message;
+    };
+    const std::vector<double> axes = truth.axes(), place = truth.place(0);
+    const std::string no_axes = words({}, {}), no_place = words(axes, std::vector<double>());
+    EXPECT_NE(no_axes, words(axes, {}));
+    for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+        for (size_t at = 0; at < 6; ++at) {
+            std::vector<double> damaged = axes;
+            damaged[at] = wrong;
+            EXPECT_EQ(words(damaged, {}), no_axes) << wrong << " at " << at;
+        }
+        for (size_t at = 0; at < 3; ++at) {
+            std::vector<double> damaged = place;
+            damaged[at] = wrong;
+            EXPECT_EQ(words(axes, damaged), no_place) << wrong << " at " << at;
+        }
     }
 }
 

@@ -52,6 +52,8 @@ TEST_F(Invesalius, HostileProjectsAreRefused) {
     EXPECT_THAT(refusal(project(project_plist("/etc/passwd"))), HasSubstr("plain name"));
     EXPECT_THAT(refusal(project(project_plist("matrix.dat", two + two + two, "complex64"))),
                 HasSubstr("complex64"));
+    EXPECT_THAT(refusal(project(project_plist("matrix.dat", two + two + two, "int\n6"))),
+                HasSubstr("found \"int\\n6\"")); // one line
     EXPECT_THAT(shape(two + two), HasSubstr("3 numbers"));
     EXPECT_THAT(shape(two + two + "<integer>-2</integer>"), HasSubstr("1 or more"));
     EXPECT_THAT(shape(two + two + "<string>x</string>"), HasSubstr("1 or more"));
