@@ -13,6 +13,7 @@ namespace {
 constexpr double kNsPerS = 1e9;
 constexpr double kShortest_s = 1e-5, kLongest_s = 0.1; // of a tick, for whoever divides by it
 constexpr double kFadeIn_s = 0.1;                      // after a late tick
+constexpr double kSettle_s = 0.01;                     // in which damping of swings comes and goes
 constexpr double kDampingShare = 0.1; // of soft start, from which on all of its damping acts
 
 bool finite(glm::dvec3 v) {
@@ -169,7 +170,12 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
     const bool open = usable_ && !latched() && now_.share > 0.0;
     if (open) {
         const glm::dvec3 proxy_n = now_.share * sent.force_n;
-        sent.force_n = proxy_n - damping * used_.velocity_m_per_s;
+        // No more than the force that it is added to, so that it never holds a hand back.
+        const double settling =
+            std::min(self_driven_.settling_n_s_per_m(), most_damping(limits_, device_));
+        settling_ += (settling - settling_) * std::min(1.0, dt_s_ / kSettle_s);
+        sent.force_n = proxy_n - damping * used_.velocity_m_per_s -
+                       limit_magnitude(settling_ * used_.velocity_m_per_s, glm::length(proxy_n));
         const double stored_j =
             stiffness_n_per_m > 0.0
                 ? stored_energy_j(now_.share * rendered_n, now_.share * stiffness_n_per_m, most_n_)
@@ -185,6 +191,7 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
                                   sent.force_n, dt_s_);
     } else {
         passivity_.reset();
+        settling_ = 0.0;
         sent = {};
     }
 

@@ -121,7 +121,7 @@ class SafetyChain {
     uint32_t faults_ = 0;
     double fade_ = 1.0;      // of a late tick, and of samples that do not come
     int64_t silence_ns_ = 0; // of a device that sets the pace: the next sample was due so long ago
-    double damping_n_ = 0.0;
+    double damping_n_ = 0.0, settling_ = 0.0;
     bool ready_ = false, usable_ = false, is_fresh_ = false;
     double dt_s_;
     int64_t period_ns_;

@@ -33,7 +33,8 @@ struct SafetyLimits {
     double shake_speed_m_per_s = 0.02;
     double shake_force_n = 0.5;
     double shake_turns_per_s = 16.0;
-    double shake_turns = 10.0;
+    // Three go by until swings are damped (self_driven.h); what still goes on is no blow's ringing.
+    double shake_turns = 4.0;
     // A swing counts with so much of the speed of the one before it in its direction: what keeps
     // less dies away by itself. A relaxed hand (1.9 N s/m, 0.23 kg) on 1000 N/m keeps 0.67.
     double shake_kept = 0.75;

@@ -16,12 +16,14 @@ constexpr double kReach_s = 8e-3;  // of a difference, at least: an eighth of a 
 // to peak; root mean squares.
 constexpr double kTurns_s = 0.5, kSpeed_m_per_s = 0.02, kForce_n = 0.18;
 constexpr double kBetter = 0.5;
-// A motion is driven where the fit gives more than so much of the power factor, and leaves less
-// than so much unexplained. The delay that fits best may be a neighbour of the true one. At 16 Hz
-// that turns the phase, and so the power factor, by 2 pi 16 kLag_s; what is faster reverses twice
-// as often as a hand, and is counted (stages.h). What may be left unexplained is measured, on the
-// first 2000 hands of limit_cycles_cases.h: with 0.04, three that tap by will were taken for
-// driven, with 0.035 one, and with 0.03 a loop of the grid there went on for 0.7 s.
+// A motion is driven where each delay that fits says so: each that leaves less than twice of what
+// the best one does. The power factor must be more than the phase that half a tick and half a step
+// of the delays make. Or where the best one says so and its power factor is more than that phase of
+// half a tick, and of a whole step at 16 Hz: the best may be a neighbour of the true one, and what
+// is faster reverses twice as often as a hand, and is counted (stages.h). What may be left
+// unexplained is measured, on the first 2000 hands of limit_cycles_cases.h: with 0.04, three that
+// tap by will were taken for driven, with 0.035 one, and with 0.03 a loop of the grid there went on
+// for 0.7 s.
 constexpr double kLag_s = 1e-3;
 constexpr double kPowerFactor = 2.0 * std::numbers::pi * 16.0 * kLag_s;
 constexpr double kUnexplained = 0.035, kUnexplainedPower = 0.15;
@@ -29,6 +31,12 @@ constexpr double kUnexplained = 0.035, kUnexplainedPower = 0.15;
 // will; at 8 Hz, swings of 2 mm have so much speed.
 constexpr double kSeemsPowerFactor = 0.03, kSeemsUnexplained = 0.15;
 constexpr double kSeemsSpeed_m_per_s = 2.0 * std::numbers::pi * 8.0 * 1e-3 / std::numbers::sqrt2;
+
+// Swings that are damped: half of what counts as large, 0.5 mm from turn to turn, at 3 Hz.
+constexpr double kSmallSpeed_m_per_s = 2.0 * std::numbers::pi * 3.0 * 0.25e-3;
+// A damping b whose force acts a time t late is stable on a mass m up to b = m pi / (2 t). Half of
+// that, for the longest delay that is looked for and 5 ms in which a speed is measured.
+constexpr double kSettling_per_s = std::numbers::pi / 4.0 / (SelfDriven::kMostDelay_s + 0.005);
 
 template <size_t N>
 using Matrix = std::array<std::array<double, N>, N>;
@@ -76,7 +84,6 @@ SelfDriven::SelfDriven(double stated_delay_s) noexcept {
     lags_s_[0] = std::min(stated_delay_s, kMostStated_s);
     for (uint32_t i = 1; i < kLags; ++i)
         lags_s_[i] = kLag_s * (i - 1);
-    turns_s_.fill(-kTurns_s);
 }
 
 // The double integral of the force; exact for a force that is held between points.
@@ -121,18 +128,23 @@ bool SelfDriven::drives(glm::dvec3 position_m, glm::dvec3 held_n, double dt_s,
     count_ = std::min(count_ + 1, kPoints);
     const bool is_new = take_in(passed_s);
     seems_driven_ = false;
+    settling_ = 0.0;
     if (next_ == 0)
         rebase();
-    if (!is_new || clock_s_ - turns_s_.back() > kTurns_s)
+    if (!is_new || !small_turns_.are_often(clock_s_))
         return false;
-    solve();
+    solve(dt_s);
+    settling_ = std::max(0.0, kSettling_per_s * fit_.mass_kg);
+    if (!turns_.are_often(clock_s_))
+        return false;
     if (fit_.mass_kg <= 0.0 || fit_.force_n < kForce_n || fit_.speed_m_per_s < kSpeed_m_per_s)
         return false;
     const double unexplained = 1.0 - fit_.explained;
     seems_driven_ = unexplained < kSeemsUnexplained && fit_.power_factor > kSeemsPowerFactor &&
                     fit_.speed_m_per_s > kSeemsSpeed_m_per_s;
-    return fit_.power_factor > kPowerFactor &&
-           unexplained < std::min(kUnexplained, kUnexplainedPower * fit_.power_factor);
+    const bool is_sure = fit_.least_power_factor > fit_.least_phase ||
+                         fit_.power_factor > std::max(kPowerFactor, fit_.held_phase);
+    return is_sure && unexplained < std::min(kUnexplained, kUnexplainedPower * fit_.power_factor);
 }
 
 // False: too little is known yet.
@@ -149,7 +161,8 @@ bool SelfDriven::take_in(double passed_s) noexcept {
                                       back(2 * reach).position_m};
     const glm::dvec3 velocity = (x[0] - x[2]) / (t[0] - t[2]);
     const double speed = glm::length(velocity);
-    see_turn(velocity);
+    turns_.see(velocity, kSpeed_m_per_s, clock_s_);
+    small_turns_.see(velocity, kSmallSpeed_m_per_s, clock_s_);
 
     const std::array<glm::dvec3, kTerms> terms{bend(x, t), velocity,
                                                velocity / std::max(speed, kSpeed_m_per_s),
@@ -174,20 +187,29 @@ bool SelfDriven::take_in(double passed_s) noexcept {
     return true;
 }
 
-void SelfDriven::see_turn(glm::dvec3 velocity_m_per_s) noexcept {
-    const double speed = glm::length(velocity_m_per_s);
-    if (speed < kSpeed_m_per_s)
-        return;
-    const bool turns = glm::dot(velocity_m_per_s, swing_m_per_s_) < 0.0;
-    if (turns) {
-        std::copy_backward(turns_s_.begin(), turns_s_.end() - 1, turns_s_.end());
-        turns_s_.front() = clock_s_;
-    }
-    if (turns || speed > glm::length(swing_m_per_s_))
-        swing_m_per_s_ = velocity_m_per_s;
+SelfDriven::Turns::Turns() noexcept {
+    times_s.fill(-kTurns_s);
 }
 
-void SelfDriven::solve() noexcept {
+void SelfDriven::Turns::see(glm::dvec3 velocity_m_per_s, double least_m_per_s,
+                            double clock_s) noexcept {
+    const double speed = glm::length(velocity_m_per_s);
+    if (speed < least_m_per_s)
+        return;
+    const bool turns = glm::dot(velocity_m_per_s, swing_m_per_s) < 0.0;
+    if (turns) {
+        std::copy_backward(times_s.begin(), times_s.end() - 1, times_s.end());
+        times_s.front() = clock_s;
+    }
+    if (turns || speed > glm::length(swing_m_per_s))
+        swing_m_per_s = velocity_m_per_s;
+}
+
+bool SelfDriven::Turns::are_often(double clock_s) const noexcept {
+    return clock_s - times_s.back() <= kTurns_s;
+}
+
+void SelfDriven::solve(double tick_s) noexcept {
     // About means, and in units of each term's spread.
     Matrix<kTerms> covariance{};
     std::array<double, kTerms> spread{};
@@ -204,6 +226,7 @@ void SelfDriven::solve() noexcept {
     decompose(covariance);
     fit_ = {};
     double left = 1.0; // of the best
+    std::array<double, kLags> lefts{}, powers{};
     for (uint32_t i = 0; i < kLags; ++i) {
         const Lag& lag = of_lag_[i];
         const double variance = lag.square - glm::dot(lag.force, lag.force) / weight_;
@@ -221,22 +244,35 @@ void SelfDriven::solve() noexcept {
             explained += shares[k] * shares[k];
         explained = variance > 1e-12 ? std::clamp(explained / variance, 0.0, 1.0) : 0.0;
         const double mass = found[0] / spread[0], stiffness = found[3] / spread[3];
-        if (i > 0 && (1.0 - explained > left || mass <= 0.0))
-            continue;
-        left = i == 0 ? kBetter * (1.0 - explained) : 1.0 - explained;
         // The hand takes up this power by the fit: unlike f . x' it does not waver within a cycle.
         const double power =
             found[1] / spread[1] * products_[1][1] + found[2] / spread[2] * products_[2][1];
         const double both = variance * products_[1][1];
+        powers[i] = both > 0.0 ? power / std::sqrt(both) : 0.0;
+        lefts[i] = 1.0 - explained;
+        if (i > 0 && (1.0 - explained > left || mass <= 0.0))
+            continue;
+        left = i == 0 ? kBetter * (1.0 - explained) : 1.0 - explained;
         fit_ = {.delay_s = lags_s_[i],
                 .explained = explained,
-                .power_factor = both > 0.0 ? power / std::sqrt(both) : 0.0,
+                .power_factor = powers[i],
                 .work_j = power,
                 .force_n = std::sqrt(variance / weight_),
                 .speed_m_per_s = std::sqrt(products_[1][1] / weight_),
                 .mass_kg = mass,
                 .stiffness_n_per_m = stiffness};
     }
+    // The true delay may lie half a step from one that was tried, by which the force leaves about
+    // the square of that phase. A held force is late by half a tick, too, whoever makes the motion.
+    const double turn_per_s = std::sqrt(products_[1][1]) / spread[3];
+    const double phase = 0.5 * kLag_s * turn_per_s;
+    fit_.held_phase = 0.5 * tick_s * turn_per_s;
+    fit_.least_phase = phase + fit_.held_phase;
+    const double most_left = std::max(1.0 - fit_.explained, phase * phase) / kBetter;
+    fit_.least_power_factor = fit_.power_factor;
+    for (uint32_t i = 0; i < kLags; ++i)
+        if (lefts[i] <= most_left)
+            fit_.least_power_factor = std::min(fit_.least_power_factor, powers[i]);
 }
 
 } // namespace palpate::haptics

@@ -39,11 +39,19 @@ class SelfDriven {
     // Less sure, since the last point: enough for a motion that reverses more often than a hand's.
     bool seems_driven() const noexcept { return seems_driven_; }
 
+    // The damping that ends swings which need not be driven: those of a heavy device in a light
+    // hand die away slowly, and those that are driven a little look like a hand's that taps. 0
+    // where the motion does not swing. It is stable behind any delay that is looked for.
+    double settling_n_s_per_m() const noexcept { return settling_; }
+
     struct Fit {
         double delay_s = 0.0;
         double explained = 0.0;    // of the force's variance, 0 .. 1
         double power_factor = 0.0; // mean of f . x' over the root of the means of f^2 and x'^2
-        double work_j = 0.0;       // of f in the time that is remembered
+        double least_power_factor = 0.0;               // of delays that fit about as well
+        double held_phase = 0.0;                       // of half a tick, radians
+        double least_phase = 0.0;                      // and of half a step of the delays
+        double work_j = 0.0;                           // of f in the time that is remembered
         double force_n = 0.0, speed_m_per_s = 0.0;     // roots of the mean squares
         double mass_kg = 0.0, stiffness_n_per_m = 0.0; // m and k
     };
@@ -61,8 +69,7 @@ class SelfDriven {
     glm::dvec3 twice_at(double time_s) const noexcept;
     void rebase() noexcept;
     bool take_in(double passed_s) noexcept;
-    void see_turn(glm::dvec3 velocity_m_per_s) noexcept;
-    void solve() noexcept;
+    void solve(double tick_s) noexcept;
 
     std::array<double, kLags> lags_s_; // the stated one, then from 0 on
     std::array<Point, kPoints> points_{};
@@ -79,10 +86,18 @@ class SelfDriven {
     std::array<glm::dvec3, kTerms> terms_{};
     std::array<std::array<double, kTerms>, kTerms> products_{};
     std::array<Lag, kLags> of_lag_{};
-    glm::dvec3 swing_m_per_s_{0.0};      // the fastest since the last reversal
-    std::array<double, kTurns> turns_s_; // when the last ones were, newest first
+    // The last reversals of a motion that is faster than a speed.
+    struct Turns {
+        glm::dvec3 swing_m_per_s{0.0};      // the fastest since the last reversal
+        std::array<double, kTurns> times_s; // newest first
+        Turns() noexcept;
+        void see(glm::dvec3 velocity_m_per_s, double least_m_per_s, double clock_s) noexcept;
+        bool are_often(double clock_s) const noexcept;
+    };
+    Turns turns_, small_turns_;
     Fit fit_;
     bool seems_driven_ = false;
+    double settling_ = 0.0;
 };
 
 } // namespace palpate::haptics

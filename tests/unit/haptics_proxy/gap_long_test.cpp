@@ -6,6 +6,15 @@
 namespace palpate::haptics {
 namespace {
 
+// A small tool catches on the steps of labels and slips, with a band or without: the same hand on
+// the same labels without a band says by how much. Next to the band nothing is allowed for it.
+bool is_as_gentle_as_without(GapCase c, const Crossed& with) {
+    if (with.is_gentle(c.source) || c.source != TouchSource::labels)
+        return with.is_gentle(c.source);
+    c.width_mm = 0.0;
+    return with.most_change_at_gap_n <= 0.02 && with.most_change_n <= cross(c).most_change_n;
+}
+
 // The whole grid of Gap.
 TEST(GapGrid, ForceFadesInBandsAtEveryAngleAndRate) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -47,7 +56,8 @@ TEST(GapGrid, ForceFadesInBandsAtEveryAngleAndRate) {
                                         .seed = seed};
                         const Crossed one = cross(c);
                         const bool is_right = one.is_finite && one.unknown > 0 &&
-                                              one.is_gentle(c.source) && one.most_left_n <= 0.02;
+                                              is_as_gentle_as_without(c, one) &&
+                                              one.most_left_n <= 0.02;
                         EXPECT_TRUE(is_right)
                             << name_of(c) << ": change " << one.most_change_n << " N, at the gap "
                             << one.most_change_at_gap_n << " N, left " << one.most_left_n << " N, "

