@@ -59,11 +59,17 @@ struct Segmented {
     ParameterValues found{};
 };
 
+// The meaning of Segmented::strength.
+struct StrengthMeaning {
+    const char* text;
+    bool is_object_below = false; // objects are where it is at most a bound; else at least
+};
+
 struct SegmentMethod {
     const char* name;
     const char* purpose;
     bool takes_seeds;
-    const char* strength; // the meaning of Segmented::strength; null where there is none
+    std::optional<StrengthMeaning> strength; // where there is one
     std::vector<MethodParameter> parameters;
     Result<Segmented> (*run)(const SegmentInput& input, const ParameterValues& values,
                              const Task& task);

@@ -119,7 +119,7 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
     if (!strength || segmenting.method != strength->method->name ||
         !(strength->least < strength->most))
         return;
-    ImGui::TextDisabled("%s", strength->method->strength);
+    ImGui::TextDisabled("%s", strength->method->strength->text);
     std::string of;
     for (const uint16_t label : strength->of)
         of += fmt::format("{} {}", of.empty() ? "of label" : ",", label);
