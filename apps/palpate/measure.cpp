@@ -12,6 +12,7 @@
 #include "engine/base/printable.h"
 #include "engine/io/label_names.h"
 #include "engine/measure/measure_report.h"
+#include "engine/session/notes.h"
 #include "engine/session/project_description.h"
 
 namespace palpate {
@@ -114,8 +115,10 @@ Result<std::vector<Measure>> measures_of(const MeasureOptions& o) {
     if (!project.empty()) {
         if (!Project::is_one(project))
             return fail("--project: {}: expected the folder of a project", project);
-        PALPATE_TRY(ProjectDescription read, read_project_description(project_folder(project)));
-        all = std::move(read.kept.measures);
+        PALPATE_TRY(const Project::Seen seen,
+                    Project::look(project)); // steps that no save has, too
+        PALPATE_TRY(const Notes notes, notes_of(seen.contents.document.notes));
+        all = notes.measures;
     }
     const std::pair<MeasureKind, const std::vector<std::string>*> named[] = {
         {MeasureKind::ruler, &o.rulers},

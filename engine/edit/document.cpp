@@ -49,7 +49,8 @@ const Volume* Document::find(std::string_view name) const {
 }
 
 bool Document::is_same_as(const Document& other) const {
-    return std::equal(volumes.begin(), volumes.end(), other.volumes.begin(), other.volumes.end(),
+    return notes == other.notes &&
+           std::equal(volumes.begin(), volumes.end(), other.volumes.begin(), other.volumes.end(),
                       [](const NamedVolume& a, const NamedVolume& b) {
                           return a.name == b.name && a.kind == b.kind &&
                                  a.volume.is_same_as(b.volume);

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json_value.h"
+#include "engine/edit/note_pages.h"
 #include "engine/volume/volume.h"
 
 namespace palpate {
@@ -22,11 +23,12 @@ struct NamedVolume {
     Volume volume;
 };
 
-// The volumes that one person works on: one at least, of different names, each on a grid of its
-// own. A value, as a Volume is: copying it shares all samples, and each volume in it has its
-// version.
+// All that one person works on, and can undo: volumes, one at least, of different names, each on a
+// grid of its own, and notes. A value, as a Volume is: copying it shares all samples, and each
+// volume in it has its version.
 struct Document {
     std::vector<NamedVolume> volumes;
+    NotePages notes;
 
     // A document of one volume, named "volume".
     Document(Volume volume, VolumeKind kind = VolumeKind::grey); // NOLINT: as one value
@@ -34,7 +36,7 @@ struct Document {
     const Volume* find(std::string_view name) const; // null where there is none
     const Volume& first() const { return volumes.front().volume; }
 
-    // Two handles of the same snapshots.
+    // Two handles of the same snapshots, with equal notes.
     bool is_same_as(const Document& other) const;
 };
 

@@ -23,7 +23,8 @@ Editor::Editor(Document document, EditorOptions options)
                                                     .strokes_done = history_->stats().undo_steps,
                                                     .undo_steps = history_->stats().undo_steps,
                                                     .redo_steps = history_->stats().redo_steps})) {
-    strokes_done_ = undos_in_journal_ = history_->stats().undo_steps;
+    strokes_done_ = history_->stats().undo_steps;
+    undos_in_journal_ = strokes_done_ - std::min(strokes_done_, options_.before_journal);
     redos_in_journal_ = history_->stats().redo_steps;
     if (options_.threaded)
         thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
@@ -69,8 +70,13 @@ bool Editor::use(EditSetup setup, uint8_t tool) {
     return command(Use{std::move(setup), tool});
 }
 
-bool Editor::put(NamedVolume volume, std::string title, Json parameters) {
-    return command(Put{std::move(volume), std::move(title), std::move(parameters)});
+bool Editor::put(NamedVolume volume, std::string title, Json parameters, NotePages::Texts notes) {
+    return command(
+        Put{std::move(volume), std::move(title), std::move(parameters), std::move(notes)});
+}
+
+bool Editor::note(NotePages::Texts pages, std::string title, bool is_step) {
+    return command(Note{std::move(pages), std::move(title), is_step});
 }
 
 bool Editor::remove(std::string volume) {
@@ -90,10 +96,11 @@ Result<Document> JournalChange::wait(std::chrono::milliseconds limit) {
 }
 
 std::optional<JournalChange> Editor::change_journal(Journal journal, std::optional<Document> from) {
-    ChangeJournal change{std::move(journal), std::move(from), {}, {}};
+    ChangeJournal change{std::move(journal), std::move(from), {}, {}, {}};
     JournalChange asked;
     asked.reached_ = change.reached.get_future();
     asked.claimed_ = change.claimed = std::make_shared<std::atomic<bool>>(false);
+    asked.steps_ = change.steps = std::make_shared<std::vector<History::PackedStep>>();
     return command(std::move(change)) ? std::optional(std::move(asked)) : std::nullopt;
 }
 
@@ -337,11 +344,11 @@ void Editor::obey(Use use) {
     publish();
 }
 
-void Editor::change_to(Document next, std::string title, Json parameters) {
+void Editor::change_to(Document next, std::string title, Json parameters, bool is_step) {
     refusal_.clear();
     JournalEntry entry{.kind = JournalEntry::Kind::change};
     if (options_.journal) {
-        entry.change = {title, std::move(parameters), pack_step(step_between(now_, next))};
+        entry.change = {title, std::move(parameters), pack_step(step_between(now_, next)), is_step};
         const std::string why = "the journal's entry needs more memory than there is";
         if (entry.change.packed.empty() && options_.journal_may_end)
             end_journal(why);
@@ -349,12 +356,14 @@ void Editor::change_to(Document next, std::string title, Json parameters) {
             refuse(why + "; nothing is changed");
     }
     if ((refusal_.empty() || !options_.journal) && keep(std::move(entry))) {
-        history_->record(now_, next, std::move(title));
+        if (is_step) {
+            history_->record(now_, next, std::move(title));
+            ++strokes_done_;
+            ++undos_in_journal_;
+            redos_in_journal_ = 0;
+        }
         now_ = std::move(next);
         find_edited();
-        ++strokes_done_;
-        ++undos_in_journal_;
-        redos_in_journal_ = 0;
     }
     publish();
 }
@@ -364,8 +373,19 @@ void Editor::obey(Put put) {
         refuse(named.error().message);
         return publish();
     }
-    change_to(with_volume(now_, std::move(put.volume)), std::move(put.title),
-              std::move(put.parameters));
+    Document next = with_volume(now_, std::move(put.volume));
+    next.notes = now_.notes.with(put.notes);
+    change_to(std::move(next), std::move(put.title), std::move(put.parameters));
+}
+
+void Editor::obey(Note note) {
+    Document next = now_;
+    next.notes = now_.notes.with(note.pages);
+    if (next.notes == now_.notes) {
+        refusal_.clear();
+        return publish();
+    }
+    change_to(std::move(next), std::move(note.title), Json::object(), note.is_step);
 }
 
 void Editor::obey(Remove remove) {
@@ -382,7 +402,7 @@ Result<Document> Editor::change_to(ChangeJournal& change) {
     if (change.from && !now_.is_same_as(*change.from)) {
         const JournalEntry entry{.kind = JournalEntry::Kind::change,
                                  .change = {"since the copy", Json::object(),
-                                            pack_step(step_between(*change.from, now_))}};
+                                            pack_step(step_between(*change.from, now_)), true}};
         if (entry.change.packed.empty())
             return fail("the journal's entry needs more memory than there is");
         PALPATE_TRY(change.journal.append(entry));
@@ -390,6 +410,7 @@ Result<Document> Editor::change_to(ChangeJournal& change) {
     options_.journal.emplace(std::move(change.journal));
     options_.journal_may_end = false;
     undos_in_journal_ = redos_in_journal_ = 0;
+    *change.steps = history_->newest(JournalChange::kMostSteps_bytes);
     return now_;
 }
 
@@ -419,7 +440,7 @@ void Editor::step(bool back) {
         if (known == 0 && options_.journal)
             entry = {.kind = JournalEntry::Kind::change,
                      .change = {back ? "undo" : "redo", Json::object(),
-                                pack_step(step_between(now_, **taken))}};
+                                pack_step(step_between(now_, **taken)), true}};
         const bool as_change = entry.kind == JournalEntry::Kind::change;
         now_ = **taken;
         strokes_done_ += back ? -1 : 1;

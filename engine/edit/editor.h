@@ -61,6 +61,7 @@ struct EditorOptions {
     HistoryOptions history;
     // Steps that led to the document, of the entries in `journal` (replay.h); null: none.
     std::unique_ptr<History> begun;
+    size_t before_journal = 0; // how many of its steps are none of `journal`
     // Each stroke, undo and redo is on disk before it counts as done. A step that cannot be
     // written, to a full disk say, is taken back and reported in `refusal`; the next is tried
     // again. So the published state between strokes always equals the journal.
@@ -89,9 +90,14 @@ class JournalChange {
     // be begun, or its turn did not come within the limit, because a stroke is under way. The
     // editor then goes on with the journal that it has, and closes this one.
     Result<Document> wait(std::chrono::milliseconds limit);
+    // The newest steps that led there, of kMostSteps_bytes at most (History::newest()); after
+    // wait().
+    static constexpr uint64_t kMostSteps_bytes = uint64_t{64} << 20;
+    std::vector<History::PackedStep> take_steps() { return std::move(*steps_); }
 
  private:
     friend class Editor;
+    std::shared_ptr<std::vector<History::PackedStep>> steps_; // by the editor, at its turn
     std::future<Result<Document>> reached_;
     std::shared_ptr<std::atomic<bool>> claimed_; // by the editor that does it, or who gave it up
 };
@@ -135,7 +141,12 @@ class Editor {
     bool redo() { return command(Redo{}); }
     // A volume comes, or takes the place of the one of its name: a filter's result, say. It is a
     // step like a stroke. `title` and `parameters` (an object) are for people.
-    bool put(NamedVolume volume, std::string title, Json parameters = Json::object());
+    // `notes` are changed by the same step.
+    bool put(NamedVolume volume, std::string title, Json parameters = Json::object(),
+             NotePages::Texts notes = {});
+    // Pages of the notes change (NotePages::with()): a step, or, without one, a change that is kept
+    // and that undo passes over. Nothing happens where the notes stay what they are.
+    bool note(NotePages::Texts pages, std::string title, bool is_step = true);
     bool remove(std::string volume); // a step, too; the last volume stays
 
     // From its turn on entries go to another journal, and undo beyond it is kept as a difference.
@@ -172,6 +183,12 @@ class Editor {
         NamedVolume volume;
         std::string title;
         Json parameters;
+        NotePages::Texts notes;
+    };
+    struct Note {
+        NotePages::Texts pages;
+        std::string title;
+        bool is_step;
     };
     struct Remove {
         std::string name;
@@ -181,12 +198,13 @@ class Editor {
         std::optional<Document> from;
         std::promise<Result<Document>> reached;
         std::shared_ptr<std::atomic<bool>> claimed;
+        std::shared_ptr<std::vector<History::PackedStep>> steps;
     };
     struct Use {
         EditSetup setup;
         uint8_t tool;
     };
-    using Order = std::variant<Undo, Redo, Use, Put, Remove, ChangeJournal>;
+    using Order = std::variant<Undo, Redo, Use, Put, Note, Remove, ChangeJournal>;
     struct Command { // trivially destructible, as rings want: owns `order` all the same
         Order* order = nullptr;
         uint64_t after = 0; // how many inputs had been pushed
@@ -208,11 +226,12 @@ class Editor {
     void obey(Redo) { step(false); }
     void obey(Use use);
     void obey(Put put);
+    void obey(Note note);
     void obey(Remove remove);
     void obey(ChangeJournal change);
     Result<Document> change_to(ChangeJournal& change);
     void step(bool back);
-    void change_to(Document next, std::string title, Json parameters);
+    void change_to(Document next, std::string title, Json parameters, bool is_step = true);
     bool keep(JournalEntry entry); // in the journal, if there is one; false: refused
     void end_journal(const std::string& why);
     std::optional<EditSetup>& setup() { return setups_[tool_]; }

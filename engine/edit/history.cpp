@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <condition_variable>
 #include <cstring>
@@ -67,8 +68,11 @@ struct KeptStep {
     size_t disk_bytes = 0;
 
     uint64_t bytes(bool to_undo) const {
-        uint64_t sum = sizeof(KeptStep) + packed.size() + open.size() * sizeof(VolumeStep);
-        for (const VolumeStep& part : open) {
+        uint64_t sum = sizeof(KeptStep) + packed.size() + open.volumes.size() * sizeof(VolumeStep);
+        for (const auto* notes : {&open.notes_before, &open.notes_after})
+            for (const auto& [page, text] : *notes)
+                sum += page.size() + text.size();
+        for (const VolumeStep& part : open.volumes) {
             sum += part.bricks.size() * sizeof(ReplacedBrick);
             for (const ReplacedBrick& brick : part.bricks) // the other side is the present's or a
                 sum += (to_undo ? brick.before : brick.after)->bytes(); // later step's
@@ -247,6 +251,41 @@ Result<std::optional<Document>> History::redo(const Document& now) {
 void History::forget_redo() {
     const std::lock_guard lock(state_->mutex);
     state_->redo.clear();
+}
+
+std::vector<History::PackedStep> History::newest(uint64_t most_bytes) const {
+    std::vector<PackedStep> steps;
+    std::vector<Step> open; // of those that are not packed: their bricks are shared
+    {
+        const std::lock_guard lock(state_->mutex);
+        for (auto step = state_->undo.rbegin(); step != state_->undo.rend(); ++step) {
+            if ((*step)->on_disk)
+                break;
+            steps.push_back({(*step)->title, (*step)->packed});
+            open.push_back((*step)->open);
+        }
+    }
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < steps.size(); ++i) {
+        if (steps[i].packed.empty())
+            try {
+                steps[i].packed = pack_step(open[i]);
+            } catch (const std::exception&) { // samples that cannot be read: none from there on
+            }
+        bytes += steps[i].packed.size();
+        if (bytes > most_bytes || steps[i].packed.empty())
+            steps.resize(i);
+    }
+    std::reverse(steps.begin(), steps.end());
+    return steps;
+}
+
+void History::add_before(PackedStep step) {
+    auto kept = std::make_shared<KeptStep>();
+    kept->title = std::move(step.title);
+    kept->packed = std::move(step.packed);
+    const std::lock_guard lock(state_->mutex);
+    state_->undo.push_front(std::move(kept));
 }
 
 std::vector<std::string> History::titles() const {

@@ -21,8 +21,8 @@ struct HistoryOptions {
     std::function<void(const std::string&)> notice;
 };
 
-// Steps back and forth between states of a document: strokes, and volumes that come, go or are
-// replaced.
+// Steps back and forth between states of a document: strokes, volumes that come, go or are
+// replaced, and notes.
 //
 // A step (step.h) holds the bricks that an edit replaced, with their positions; never a table, and
 // never bricks that snapshots share. In the background it becomes the packed difference of its
@@ -48,6 +48,17 @@ class History {
     // stays.
     Result<std::optional<Document>> undo(const Document& now);
     Result<std::optional<Document>> redo(const Document& now);
+
+    // A step that can be undone, as it may be kept elsewhere.
+    struct PackedStep {
+        std::string title;
+        std::string packed; // of pack_step()
+    };
+    // The newest of those that can be undone, the oldest of them first: as many as take at most so
+    // many bytes when they are packed, and lie in memory. Any thread; packs what is not packed yet.
+    std::vector<PackedStep> newest(uint64_t most_bytes) const;
+    // A step before all others that can be undone, for a history that goes on from newest().
+    void add_before(PackedStep step);
 
     // Steps that could be redone are gone: what was undone had to be taken back.
     void forget_redo();

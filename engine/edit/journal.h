@@ -17,6 +17,7 @@ struct Change {
     std::string title;                // for people: "gaussian"
     Json parameters = Json::object(); // likewise; an object
     std::string packed;               // of pack_step()
+    bool is_step = true;              // false: it is kept, and undo passes over it
 };
 
 // One entry: a stroke, another change of the document (a filter's result, say), or a step back or
@@ -29,6 +30,9 @@ struct JournalEntry {
     std::string guide;         // and of the one that only_values is about; empty: none
     Change change;             // of Kind::change
 
+    bool is_step() const { // that undo takes back
+        return kind == Kind::stroke || (kind == Kind::change && change.is_step);
+    }
     std::string text() const; // one entry as it is kept; equal texts are equal entries
 };
 

@@ -7,9 +7,12 @@ namespace palpate {
 std::string JournalEntry::text() const {
     if (kind == Kind::undo || kind == Kind::redo)
         return kind == Kind::undo ? "undo\n" : "redo\n";
-    if (kind == Kind::change)
-        return json_line({{"change", change.title}, {"parameters", change.parameters}}) + "\n" +
-               change.packed + "\n";
+    if (kind == Kind::change) {
+        Json head{{"change", change.title}, {"parameters", change.parameters}};
+        if (!change.is_step)
+            head["step"] = false;
+        return json_line(head) + "\n" + change.packed + "\n";
+    }
     Json head{{"on", on}};
     if (!guide.empty())
         head["guide"] = guide;
@@ -50,6 +53,8 @@ Result<JournalEntry> parse_entry(std::string_view payload, const std::string& na
         entry.change.title = text("change");
         if (const Json* parameters = head.find("parameters"))
             entry.change.parameters = *parameters;
+        if (const Json* step = head.find("step"))
+            entry.change.is_step = step->boolean;
         entry.change.packed = rest.substr(0, rest.size() - 1);
         return entry;
     }

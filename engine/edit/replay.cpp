@@ -92,7 +92,8 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
             if (volume.name == entry.on)
                 volume.volume = after;
     }
-    history.record(now, next, title_of(entry));
+    if (entry.is_step())
+        history.record(now, next, title_of(entry));
     now = std::move(next);
     return replayed;
 }

@@ -150,8 +150,10 @@ Result<void> apply_part(Document& now, const VolumeStep& part, bool back, const 
 
 // Calls do_part(i) for each part in the order for this direction, and returns what comes out.
 template <class DoPart>
-Result<Document> apply_parts(const Document& now, size_t count, bool back, const DoPart& do_part) {
+Result<Document> apply_parts(const Document& now, size_t count, const NotePages::Texts& notes,
+                             bool back, const DoPart& do_part) {
     Document next = now;
+    next.notes = now.notes.with(notes);
     for (size_t k = 0; k < count; ++k)
         PALPATE_TRY(do_part(next, back ? count - 1 - k : k));
     if (next.volumes.empty())
@@ -180,9 +182,20 @@ Json part_json(const VolumeStep& part, size_t bytes) {
     return json;
 }
 
+Json texts_json(const NotePages::Texts& texts) {
+    Json json = Json::object();
+    for (const auto& [page, text] : texts)
+        json[page] = text;
+    return json;
+}
+
 struct PackedPart {
     VolumeStep step; // without bricks
     std::string_view bytes;
+};
+struct PackedStep {
+    std::vector<PackedPart> parts;
+    NotePages::Texts notes_before, notes_after;
 };
 
 Grid read_grid(const JsonValue& in) {
@@ -204,7 +217,16 @@ Grid read_grid(const JsonValue& in) {
     return grid;
 }
 
-Result<std::vector<PackedPart>> parts_of(std::string_view packed) {
+NotePages::Texts read_texts(const std::optional<JsonValue>& in) {
+    NotePages::Texts texts;
+    if (!in || !in->is(Json::Kind::object))
+        return texts;
+    for (const auto& [page, text] : in->json().members)
+        texts[page] = text.string;
+    return texts;
+}
+
+Result<PackedStep> parts_of(std::string_view packed) {
     const size_t end = packed.find('\n');
     if (end == packed.npos)
         return damaged();
@@ -212,9 +234,15 @@ Result<std::vector<PackedPart>> parts_of(std::string_view packed) {
     if (!json)
         return damaged();
     packed.remove_prefix(end + 1);
-    std::vector<PackedPart> parts;
+    PackedStep found;
     JsonErrors errors{"history", {}};
-    for (const JsonValue& in : JsonValue(*json, "", errors).items(0, 4096)) {
+    const JsonValue head(*json, "", errors);
+    const bool has_notes = head.is(Json::Kind::object);
+    if (has_notes) {
+        found.notes_before = read_texts(head.find("notes_before"));
+        found.notes_after = read_texts(head.find("notes_after"));
+    }
+    for (const JsonValue& in : (has_notes ? head.at("volumes") : head).items(0, 4096)) {
         PackedPart part;
         using enum VolumeStep::Kind;
         using enum ScalarType;
@@ -236,11 +264,11 @@ Result<std::vector<PackedPart>> parts_of(std::string_view packed) {
         const double size = bytes->number(0, static_cast<double>(packed.size()));
         part.bytes = packed.substr(0, static_cast<size_t>(size));
         packed.remove_prefix(part.bytes.size());
-        parts.push_back(std::move(part));
+        found.parts.push_back(std::move(part));
     }
     if (errors.first || !packed.empty())
         return damaged();
-    return parts;
+    return found;
 }
 
 } // namespace
@@ -271,12 +299,14 @@ Volume taken_back(const Volume& before, const Volume& after) {
 }
 
 Step step_between(const Document& before, const Document& after) {
-    Step step;
+    Step step{.volumes = {},
+              .notes_before = changes_between(after.notes, before.notes),
+              .notes_after = changes_between(before.notes, after.notes)};
     const auto add = [&](VolumeStep::Kind kind, const Document& of, size_t place) {
         const NamedVolume& named = of.volumes[place];
         const Volume zeros = VolumeBuilder(named.volume.grid(), named.volume.type()).finish();
         const bool came = kind == VolumeStep::Kind::came;
-        step.push_back(
+        step.volumes.push_back(
             {kind,
              named.name,
              named.volume.type(),
@@ -301,47 +331,57 @@ Step step_between(const Document& before, const Document& after) {
             add(VolumeStep::Kind::came, after, i);
         else if (!was->volume.is_same_as(now.volume))
             if (auto bricks = replaced_bricks(was->volume, now.volume); !bricks.empty())
-                step.push_back({VolumeStep::Kind::changed,
-                                now.name,
-                                now.volume.type(),
-                                {},
-                                std::move(bricks)});
+                step.volumes.push_back({VolumeStep::Kind::changed,
+                                        now.name,
+                                        now.volume.type(),
+                                        {},
+                                        std::move(bricks)});
     }
     return step;
 }
 
 Result<Document> apply_step(const Document& now, const Step& step, bool back) {
-    return apply_parts(now, step.size(), back, [&](Document& next, size_t i) {
-        return apply_part(next, step[i], back, [&](const Volume& volume) -> Result<Volume> {
+    const auto do_part = [&](Document& next, size_t i) {
+        const VolumeStep& part = step.volumes[i];
+        return apply_part(next, part, back, [&](const Volume& volume) -> Result<Volume> {
             std::vector<PlacedBrick> bricks;
-            for (const ReplacedBrick& brick : step[i].bricks)
+            for (const ReplacedBrick& brick : part.bricks)
                 bricks.push_back({brick.where.position, back ? brick.before : brick.after});
             return with_bricks(volume, bricks);
         });
-    });
+    };
+    return apply_parts(now, step.volumes.size(), back ? step.notes_before : step.notes_after, back,
+                       do_part);
 }
 
 std::string pack_step(const Step& step) {
     Json list = Json::array();
     std::string all;
-    for (const VolumeStep& part : step) {
+    for (const VolumeStep& part : step.volumes) {
         const std::string packed = packed_bricks(part.type, part.bricks);
         if (packed.empty()) // zstd had no memory
             return {};
         list.push_back(part_json(part, packed.size()));
         all += packed;
     }
-    return json_line(list) + "\n" + all;
+    if (step.notes_after.empty()) // as steps without notes were always kept
+        return json_line(list) + "\n" + all;
+    const Json head{{"volumes", std::move(list)},
+                    {"notes_before", texts_json(step.notes_before)},
+                    {"notes_after", texts_json(step.notes_after)}};
+    return json_line(head) + "\n" + all;
 }
 
 Result<Document> apply_packed_step(const Document& now, std::string_view packed, bool back) {
-    PALPATE_TRY(const std::vector<PackedPart> parts, parts_of(packed));
-    return apply_parts(now, parts.size(), back, [&](Document& next, size_t i) {
-        const PackedPart& part = parts[i];
+    PALPATE_TRY(const PackedStep step, parts_of(packed));
+    const auto do_part = [&](Document& next, size_t i) {
+        const PackedPart& part = step.parts[i];
         return apply_part(next, part.step, back, [&](const Volume& volume) {
             return with_packed_bricks(volume, part.bytes);
         });
-    });
+    };
+    return apply_parts(now, step.parts.size(), back ? step.notes_before : step.notes_after, back,
+                       do_part);
 }
 
 } // namespace palpate

@@ -41,8 +41,13 @@ struct VolumeStep {
     Frame frame;
     std::vector<ReplacedBrick> bricks;
 };
-// In the order in which they are done; nothing where the documents hold the same samples.
-using Step = std::vector<VolumeStep>;
+// The difference of two documents: empty where they hold the same samples and the same notes.
+struct Step {
+    std::vector<VolumeStep> volumes;            // in the order in which they are done
+    NotePages::Texts notes_before, notes_after; // of the pages that differ: NotePages::with()
+
+    bool empty() const { return volumes.empty() && notes_after.empty(); }
+};
 
 Step step_between(const Document& before, const Document& after);
 
@@ -51,11 +56,12 @@ Result<Document> apply_step(const Document& now, const Step& step, bool back);
 
 // The differences of both sides, bit by bit (exclusive or) in blocks of 8x8x8, packed by zstd: they
 // lead from either side to the other. A line of JSON that names the volumes, then the bytes of
-// each. Empty where memory ran out.
+// each: a list of the volumes, or, where notes differ, an object that has the list and both sides
+// of the notes. Empty where memory ran out.
 std::string pack_step(const Step& step);
 
 // The same as apply_step(). Fails where the bytes are not those of pack_step(), or of a step that
-// has another document on this side.
+// has another document on this side. Notes are set, whatever they were.
 Result<Document> apply_packed_step(const Document& now, std::string_view packed, bool back);
 
 } // namespace palpate

@@ -3,19 +3,13 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <optional>
-#include <vector>
 
 #include "engine/base/json_value.h"
-#include "engine/io/label_names.h"
-#include "engine/measure/measure.h"
 
 namespace palpate {
 
-// The notes of a person beside the document; a part of the project.
+// Where a person was at the last save; a part of the project, and nothing that is undone.
 struct Kept {
-    std::vector<Measure> measures;
-    std::vector<LabelName> label_names;       // as files gave them or a person typed them
-    std::vector<uint16_t> locked_labels;      // that no tool changes; ascending
     std::optional<glm::dvec3> crosshair_mm{}; // where slices were at the last save; world
     std::optional<double> tool_radius_mm{};   // of the window's tool at the last save; > 0
     std::optional<uint16_t> tool_label{};     // that it drew; 1 .. 65535

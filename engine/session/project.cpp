@@ -6,6 +6,7 @@
 
 #include "engine/edit/replay.h"
 #include "engine/io/brick_file.h"
+#include "engine/session/notes.h"
 #include "engine/session/project_description.h"
 
 namespace palpate {
@@ -219,6 +220,7 @@ Result<Project::Seen> Project::look(const fs::path& path, const Opening& opening
         return pass_on(read);
     PALPATE_TRY(Document document, document_of(folder, read->files));
     const ProjectDescription& description = read->description;
+    document.notes = description.notes;
     Seen seen{.contents = {.document = std::move(document),
                            .grey = description.grey,
                            .labels = description.labels,
@@ -248,7 +250,7 @@ Result<Project::Seen> Project::look(const fs::path& path, const Opening& opening
                 move_last(done, undone, false);
             } else if (entry.kind == JournalEntry::Kind::redo) {
                 move_last(undone, done, true);
-            } else {
+            } else if (entry.is_step()) {
                 undone.clear();
                 done.push_back(seen.unsaved.size());
                 seen.unsaved.push_back({entry, true, std::move(replayed->why_idle)});
@@ -257,6 +259,10 @@ Result<Project::Seen> Project::look(const fs::path& path, const Opening& opening
         if (std::string note = note_of(steps.contents, steps.path); !note.empty())
             seen.notes.push_back(std::move(note));
     }
+    SceneFile& scene = seen.contents.scene;
+    if (seen.contents.document.notes.texts().contains("clip_planes"))
+        scene.centered_clips.clear();
+    PALPATE_TRY(show_pages(seen.contents.document.notes, scene.scene));
     return seen;
 }
 
@@ -273,7 +279,12 @@ Result<Project::Opened> Project::open(const fs::path& path, const Opening& openi
     if (!opening.unsaved)
         PALPATE_TRY(set_journals_aside(folder, read.save));
     PALPATE_TRY(Document document, document_of(folder, project.files_));
+    const Volume* seen = document.find(read.grey.empty() ? read.labels : read.grey);
+    Scene scene = resolved_scene(read.scene, (seen ? *seen : document.first()).grid());
+    PALPATE_TRY(document.notes, with_notes_of_scene(read.notes, scene));
+    const NotePages notes_saved = document.notes;
     auto history = std::make_unique<History>();
+    const size_t before_journal = read_steps(folder, read.save, *history);
     std::vector<std::string> notes;
     std::optional<Journal> journal;
     size_t unsaved = 0;
@@ -284,7 +295,9 @@ Result<Project::Opened> Project::open(const fs::path& path, const Opening& openi
         PALPATE_TRY(replay_all(document, *history, *found, name, opening.stop));
         if (std::string note = note_of(*found, name); !note.empty())
             notes.push_back(std::move(note));
-        unsaved += found->entries.size();
+        using Kind = JournalEntry::Kind;
+        for (const JournalEntry& entry : found->entries)
+            unsaved += entry.is_step() || entry.kind != Kind::change;
         project.journal_ = number;
         journal.emplace(std::move(found->journal));
         return std::move(*found);
@@ -292,22 +305,23 @@ Result<Project::Opened> Project::open(const fs::path& path, const Opening& openi
     PALPATE_TRY(for_each_journal(folder, read.save, visit));
     project.modality_ = read.modality;
     project.scene_ = read.scene;
-    const Volume* seen = document.find(read.grey.empty() ? read.labels : read.grey);
-    const Grid grid = (seen ? *seen : document.first()).grid();
+    ProjectContents as_saved{document,   read.grey,     read.labels, read.scene,
+                             read.touch, read.modality, read.kept};
+    as_saved.document.notes = notes_saved;
+    as_saved.scene.scene = scene;
+    project.settings_ = settings_text(as_saved);
+    PALPATE_TRY(show_pages(document.notes, scene));
     SessionSetup setup{.document = std::move(document),
                        .grey = read.grey,
                        .labels = read.labels,
-                       .scene = resolved_scene(read.scene, grid),
+                       .scene = std::move(scene),
                        .touch = {},
                        .parameters = read.touch,
                        .kept = read.kept,
                        .mesh_iso = {},
                        .edit = {}};
-    ProjectContents as_saved{setup.document,   setup.grey,    setup.labels, read.scene,
-                             setup.parameters, read.modality, read.kept};
-    as_saved.scene.scene = setup.scene;
-    project.settings_ = settings_text(as_saved);
     setup.edit.begun = std::move(history);
+    setup.edit.before_journal = before_journal;
     setup.edit.journal.emplace(std::move(*journal));
     return Opened{std::move(project), std::move(setup), std::move(notes), unsaved};
 }

@@ -19,7 +19,7 @@ struct ProjectDescription;
 
 // The contents of a project beside its strokes.
 struct ProjectContents {
-    Document document;
+    Document document;        // with its notes (notes.h)
     std::string grey, labels; // names of the volumes that are seen and felt; empty: none
     SceneFile scene;          // its `volume` and `labels` are the project's files, and not read
     haptics::TouchParameters touch;
@@ -32,6 +32,7 @@ struct ProjectContents {
 //     project.json      names, kinds and files of the volumes, scene, haptic parameters; the save
 //     NAME-3.pbv        a volume, as it was at the third save
 //     journal-5         the steps since the fifth save
+//     steps-5           the steps that led to it, for undo
 //
 // While a project is open each step of its session is on disk before it counts (journal.h), so that
 // a process that ends without a word loses no stroke that had ended. A save writes the volumes that
@@ -162,6 +163,9 @@ class Project {
     static Result<Snapshot> read_files(const std::filesystem::path& folder, bool unsaved);
     ProjectContents contents_of(Session& session) const; // its document: of now
     static std::string settings_text(const ProjectContents& contents);
+    static void write_steps(const std::filesystem::path& folder, uint64_t save,
+                            std::vector<History::PackedStep> steps);
+    static size_t read_steps(const std::filesystem::path& folder, uint64_t save, History& history);
     Result<void> end_save(); // waits for it
     Result<void> end_move(Result<Project> made);
 

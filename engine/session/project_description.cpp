@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/file.h"
+#include "engine/session/notes.h"
 #include "engine/session/touch_json.h"
 
 namespace palpate {
@@ -13,10 +14,15 @@ namespace fs = std::filesystem;
 
 namespace {
 constexpr double kVersion = 1;
+constexpr const char* kNotesOfScene[] = {"label_styles", "clip_planes"};
 } // namespace
 
 std::string journal_name(uint64_t save) {
     return fmt::format("journal-{}", save);
+}
+
+std::string steps_name(uint64_t save) {
+    return fmt::format("steps-{}", save);
 }
 
 fs::path project_folder(const fs::path& path) {
@@ -38,8 +44,8 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
     else if (version->number(0, 1e6) != kVersion)
         version->reject("version 1 of the format");
     in.only_keys({"project", "save", "volumes", "grey", "labels", "modality", "scene", "touch",
-                  "measures", "label_names", "locked_labels", "crosshair_mm", "tool_radius_mm",
-                  "tool_label"});
+                  "measures", "label_names", "locked_labels", "bound", "window", "crosshair_mm",
+                  "tool_radius_mm", "tool_label"});
     const auto save = in.find("save"), volumes = in.find("volumes");
     if (!save || !volumes)
         in.complain("expected \"save\" and \"volumes\"");
@@ -79,6 +85,10 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
     if (const auto touch = in.find("touch"))
         out.touch = read_touch_parameters(*touch);
     out.kept = read_kept(in);
+    NotePages::Texts notes = pages_of(read_notes(in)).texts();
+    for (const char* of_scene : kNotesOfScene)
+        notes.erase(of_scene);
+    out.notes = NotePages(std::move(notes));
     if (errors.first)
         return tl::unexpected(*errors.first);
     if (const Json* scene = json.find("scene")) {
@@ -105,6 +115,10 @@ Result<void> write_project_description(const fs::path& folder,
         json["scene"] = *scene;
     json["touch"] = touch_parameters_json(description.touch);
     json.update(kept_json(description.kept));
+    for (const auto& [page, text] : description.notes.texts())
+        if (std::ranges::find(kNotesOfScene, page) == std::end(kNotesOfScene) && text != "null") {
+            PALPATE_TRY(json[page], parse_json(text, page));
+        }
     const std::string text = json_text(json);
     return save_bytes(folder / kProjectFile, std::as_bytes(std::span(text)));
 }

@@ -21,10 +21,12 @@ struct ProjectDescription {
     SceneFile scene;
     haptics::TouchParameters touch;
     Kept kept;
+    NotePages notes; // but for those that the scene has
 };
 
 inline constexpr const char* kProjectFile = "project.json";
 std::string journal_name(uint64_t save); // of the journal that belongs to a save
+std::string steps_name(uint64_t save);   // of the steps that led to it
 // The folder of a project that is named by it or by its project.json.
 std::filesystem::path project_folder(const std::filesystem::path& path);
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/io/brick_file.h"
+#include "engine/session/notes.h"
 #include "engine/session/project.h"
 #include "engine/session/project_description.h"
 #include "engine/session/touch_json.h"
@@ -31,6 +32,7 @@ Result<void> Project::Opened::add(NamedVolume volume) {
     std::vector<NamedVolume> volumes = setup.document.volumes;
     volumes.push_back(volume);
     PALPATE_TRY(Document document, make_document(std::move(volumes)));
+    document.notes = setup.document.notes;
     const File file{fmt::format("{}-{}.pbv", volume.name, project.save_), std::move(volume)};
     PALPATE_TRY(ProjectDescription description, read_project_description(project.folder_));
     description.volumes.push_back({file.of.name, file.name, file.of.kind});
@@ -53,7 +55,8 @@ Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64
                                    .modality = contents.modality,
                                    .scene = contents.scene,
                                    .touch = contents.touch,
-                                   .kept = contents.kept};
+                                   .kept = contents.kept,
+                                   .notes = contents.document.notes};
     SceneFile& scene = description.scene;
     scene.volume = scene.labels = "";
     for (const NamedVolume& volume : contents.document.volumes) {
@@ -144,8 +147,13 @@ std::optional<Result<Project>> Project::Creation::poll(Session& session) {
         if (!change)
             return give_up(change.error().message);
         changing_ = std::async(
-            std::launch::async,
-            [change = std::move(*change), limit = limit_]() mutable { return change.wait(limit); });
+            std::launch::async, [change = std::move(*change), limit = limit_,
+                                 from = contents_.document, folder = project_.folder_]() mutable {
+                Result<Document> reached = change.wait(limit);
+                if (reached && reached->is_same_as(from)) // else the journal begins elsewhere
+                    write_steps(folder, 1, change.take_steps());
+                return reached;
+            });
     }
     if (!changing_.valid() || !is_ready(changing_))
         return {};
@@ -218,6 +226,7 @@ ProjectContents Project::contents_of(Session& session) const {
                              session.kept()};
     SceneFile& scene = contents.scene;
     scene.scene = session.scene();
+    (void)show_pages(contents.document.notes, scene.scene); // of pages that are none, nothing
     scene.scene.surfaces.resize(std::min(scene.scene.surfaces.size(), scene.surfaces.size()));
     scene.surfaces.resize(scene.scene.surfaces.size());
     scene.framing.reset();
@@ -236,8 +245,11 @@ std::string Project::settings_text(const ProjectContents& contents) {
     scene.framing.reset();
     scene.centered_slices.clear();
     scene.centered_clips.clear();
+    std::string notes;
+    for (const auto& [page, text] : contents.document.notes.texts())
+        notes += "\n" + page + text;
     return write_scene(scene) + json_line(touch_parameters_json(contents.touch)) +
-           json_line(kept_json(contents.kept));
+           json_line(kept_json(contents.kept)) + notes;
 }
 
 bool Project::is_saved(Session& session) const {
@@ -276,10 +288,12 @@ Result<void> Project::begin_save(Session& session, Limit limit) {
                              }
                              saved.has_journal = true;
                              contents.document = std::move(*document);
+                             (void)show_pages(contents.document.notes, contents.scene.scene);
                              for (std::string* name : {&contents.grey, &contents.labels})
                                  if (!contents.document.find(*name))
                                      name->clear();
                              saved.settings = settings_text(contents);
+                             write_steps(folder, next, change.take_steps());
                              Result<std::vector<File>> files = write(folder, next, contents, there);
                              if (!files) {
                                  saved.result = pass_on(files);
@@ -290,6 +304,37 @@ Result<void> Project::begin_save(Session& session, Limit limit) {
                              return saved;
                          });
     return {};
+}
+
+// A step is a change of a journal that nobody goes on with. Where it cannot be written, undo goes
+// back to the save.
+void Project::write_steps(const fs::path& folder, uint64_t save,
+                          std::vector<History::PackedStep> steps) {
+    if (steps.empty())
+        return;
+    std::vector<JournalEntry> entries;
+    for (History::PackedStep& step : steps)
+        entries.push_back(
+            {.kind = JournalEntry::Kind::change,
+             .change = {std::move(step.title), Json::object(), std::move(step.packed), true}});
+    const fs::path path = folder / steps_name(save);
+    Result<Journal> made = Journal::create(path, {.save = save});
+    if (made && !made->append(entries))
+        made->remove();
+}
+
+// How many there are: all that were written, or none.
+size_t Project::read_steps(const fs::path& folder, uint64_t save, History& history) {
+    std::error_code ignored;
+    const fs::path path = folder / steps_name(save);
+    if (!fs::exists(path, ignored))
+        return 0;
+    Result<Journal::Contents> found = Journal::peek(path);
+    if (!found || found->cut || found->damage)
+        return 0;
+    for (auto entry = found->entries.rbegin(); entry != found->entries.rend(); ++entry)
+        history.add_before({std::move(entry->change.title), std::move(entry->change.packed)});
+    return found->entries.size();
 }
 
 Result<void> Project::end_save() {
@@ -359,7 +404,8 @@ void Project::remove_idle(const fs::path& folder, uint64_t save, const std::vect
     std::vector<fs::path> idle;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
         const std::string name = it->path().filename().string();
-        bool is_idle = number_in(name, "journal-", "").value_or(save) < save;
+        bool is_idle = number_in(name, "journal-", "").value_or(save) < save ||
+                       number_in(name, "steps-", "").value_or(save) < save;
         for (const auto* files : {&before, &now})
             for (const File& file : *files)
                 is_idle |= number_in(name, file.of.name + "-", ".pbv").value_or(~0ull) <= save;

@@ -69,8 +69,13 @@ class Session {
     void lay_down(uint8_t tool) { device_.let_carve(tool, false); }
     bool undo() { return editor_.undo(); }
     bool redo() { return editor_.redo(); }
-    bool put(NamedVolume volume, std::string title, Json parameters = Json::object()) {
-        return editor_.put(std::move(volume), std::move(title), std::move(parameters));
+    bool put(NamedVolume volume, std::string title, Json parameters = Json::object(),
+             NotePages::Texts notes = {}) {
+        return editor_.put(std::move(volume), std::move(title), std::move(parameters),
+                           std::move(notes));
+    }
+    bool note(NotePages::Texts pages, std::string title, bool is_step = true) {
+        return editor_.note(std::move(pages), std::move(title), is_step);
     }
     bool remove(std::string volume) { return editor_.remove(std::move(volume)); }
     // See Editor. It comes to its turn at the end of a stroke under way; without threads a stroke

@@ -55,18 +55,6 @@ std::optional<Error> read_listed(const fs::path& path) {
     return read_volume(path);
 }
 
-// A header, "v.hdr", beside whole voxels.
-std::optional<Error> read_pair(const fs::path& path) {
-    const fs::path voxels = fs::path(path).replace_extension(".img");
-    if (!fs::exists(voxels))
-        std::ofstream(voxels, std::ios::binary) << io::twelve_shorts();
-    std::optional<Error> error = error_of(io::decode_here(path, {}, kMostBytes));
-    // Voxels that lie elsewhere, or are fewer, than the header claims are named by their own file.
-    if (error && error->message.starts_with(voxels.string() + ": "))
-        error->message.replace(0, voxels.string().size(), path.string());
-    return error;
-}
-
 // The metadata of a TIFF of six pages, without its pixels.
 std::optional<Error> read_tiff_metadata(const fs::path& path) {
     std::vector<std::string> warnings;
@@ -231,27 +219,14 @@ std::vector<Reader> volume_readers() {
     const std::string segments =
         "Segment0_ID:=a\nSegment0_Name:=liver\nSegment0_Layer:=0\nSegment0_LabelValue:=3\n"
         "Segment0_Color:=1 0.5 0\nSegment1_ID:=b\nSegment1_Layer:=1\nSegment1_LabelValue:=4\n";
+    std::string extended =
+        NiftiBytes(1)
+            .sform(1, std::vector<double>(12, 0))
+            .qform(1, {0, 0, 1, 1, 2, 3})
+            .vox_offset(352 + 32)
+            .with(bytes_of(std::vector<int32_t>{32, 6}) + std::string(24, 'c') + twelve_shorts());
+    extended[348] = 1; // extensions follow
     const std::string shorts = twelve_shorts();
-    // A useless sform, and an extension of some code: 6 is a comment, 30 a table of labels.
-    const auto extended = [&](int32_t code, std::string text) {
-        text.resize((text.size() + 8 + 15) / 16 * 16 - 8, ' ');
-        const auto size = static_cast<int32_t>(text.size() + 8);
-        std::string bytes = NiftiBytes(1)
-                                .sform(1, std::vector<double>(12, 0))
-                                .qform(1, {0, 0, 1, 1, 2, 3})
-                                .vox_offset(352 + size)
-                                .with(bytes_of(std::vector<int32_t>{size, code}) + text + shorts);
-        bytes[348] = 1; // extensions follow
-        return bytes;
-    };
-    const std::string table =
-        extended(30,
-                 "<CaretExtension><VolumeInformation Index=\"0\"><LabelTable><Label Key=\"2\" "
-                 "Red=\"0\" Green=\"0.5\" Blue=\"1\"><![CDATA[kidney]]></Label></LabelTable>"
-                 "</VolumeInformation></CaretExtension>");
-    const auto pair = [](int version) {
-        return NiftiBytes(version).put<char>(version == 1 ? 345 : 5, 'i').vox_offset(0).with("");
-    };
     const std::string gzip = "encoding: gzip\nendian: little\n", text = "encoding: ascii\n";
     return {
         {"Nifti", "v.nii", {NiftiBytes(1).with(shorts), NiftiBytes(2).with(shorts)}, read_volume},
@@ -268,11 +243,7 @@ std::vector<Reader> volume_readers() {
          {meta_image_header("") + shorts,
           meta_image_header("CompressedData = True\n") + deflated(shorts, 15)},
          read_volume},
-        {"NiftiExtension",
-         "v.nii",
-         {extended(6, "a comment"), deflated(extended(6, "a comment")), table, deflated(table)},
-         read_volume},
-        {"NiftiPair", "v.hdr", {pair(1), pair(2), deflated(pair(1))}, read_pair},
+        {"NiftiExtension", "v.nii", {extended, deflated(extended)}, read_volume},
         {"NrrdFrames",
          "v.nrrd",
          {list_first("encoding: raw\n") + "\n" + shorts,

@@ -19,6 +19,9 @@ inline std::string all_of(const Document& document) {
             text += fmt::format(" {}", v.volume.grid().world_from_index[i / 4][i % 4]);
         text += "\n";
     }
+    for (const auto& [page, note] : document.notes.texts())
+        if (note != "null") // a page that says nothing is as good as none
+            text += page + " " + note + "\n";
     return text;
 }
 

@@ -24,11 +24,11 @@ TEST(ClipTool, ACropBoxLiesATenthWithinTheVolume) {
         const Subject subject = subject_of(random_grid(random));
         ViewState state = subject.home;
         set_crop_box(state, subject.grid);
-        ASSERT_EQ(state.clipping.planes.size(), 6u);
+        ASSERT_EQ(state.notes.clip_planes.size(), 6u);
         const glm::dvec3 last = glm::dvec3(subject.grid.size) - 1.0;
         for (size_t k = 0; k < 6; ++k) {
-            EXPECT_NEAR(glm::length(state.clipping.planes[k].normal), 1.0, 1e-12);
-            const auto outline = clip_outline(subject.grid, state.clipping.planes, k);
+            EXPECT_NEAR(glm::length(state.notes.clip_planes[k].normal), 1.0, 1e-12);
+            const auto outline = clip_outline(subject.grid, state.notes.clip_planes, k);
             ASSERT_EQ(outline.size(), 4u);
             for (const glm::dvec3 p : outline) {
                 const glm::dvec3 share = index_point(subject.grid, p) / last;
@@ -56,15 +56,15 @@ TEST(ClipTool, APlaneGoesThroughThePointUnderThePointer) {
         const glm::dvec2 middle =
             pixel_of(hand.state, subject.grid, panel, center_mm(subject.grid)).value();
         const glm::dvec2 to = handle.at_px + 0.4 * (middle - handle.at_px);
-        const auto before = hand.state.clipping.planes;
+        const auto before = hand.state.notes.clip_planes;
         hand.drag(handle.at_px, to, Button::left);
-        const ClipPlane& plane = hand.state.clipping.planes[handle.plane];
+        const ClipPlane& plane = hand.state.notes.clip_planes[handle.plane];
         EXPECT_NEAR(offset_of(plane),
                     glm::dot(plane.normal, point_under(hand.state, subject.grid, panel, to)), 1e-9);
         EXPECT_LT(glm::distance(plane.normal, before[handle.plane].normal), 1e-12);
         for (size_t k = 0; k < 6; ++k)
             if (k != handle.plane) {
-                EXPECT_EQ(hand.state.clipping.planes[k], before[k]);
+                EXPECT_EQ(hand.state.notes.clip_planes[k], before[k]);
             }
         EXPECT_FALSE(hand.state.clipping.held);
         ++dragged;
@@ -76,7 +76,7 @@ TEST(ClipTool, ARingTurnsAPlaneSoThatItsLineRunsThroughThePointer) {
     const Subject subject = subject_of(make_grid(glm::uvec3(64), glm::dvec3(1, 1, 2)));
     TestHand hand{subject};
     hand.state.tab = Tab::clip;
-    hand.state.clipping.planes = {{center_mm(subject.grid), {0, 1, 0}}};
+    hand.state.notes.clip_planes = {{center_mm(subject.grid), {0, 1, 0}}};
     ClipHandle ring{};
     for (const ClipHandle& handle : clip_handles(hand.state, subject.grid, Panel::axial))
         if (handle.turns)
@@ -84,7 +84,7 @@ TEST(ClipTool, ARingTurnsAPlaneSoThatItsLineRunsThroughThePointer) {
     ASSERT_TRUE(ring.turns);
     const glm::dvec2 to = ring.at_px + glm::dvec2(-5, 40);
     hand.drag(ring.at_px, to, Button::left);
-    const ClipPlane& plane = hand.state.clipping.planes[0];
+    const ClipPlane& plane = hand.state.notes.clip_planes[0];
     EXPECT_NEAR(glm::length(plane.normal), 1.0, 1e-12);
     EXPECT_NEAR(glm::dot(plane.normal, hand.state.slices[0].towards), 0.0, 1e-9);
     EXPECT_NEAR(offset_of(plane),
@@ -100,14 +100,14 @@ TEST(ClipTool, AHandleInTheVolumeStaysUnderThePointer) {
     hand.state.tab = Tab::clip;
     set_crop_box(hand.state, subject.grid);
     for (const ClipHandle& handle : clip_handles(hand.state, subject.grid, Panel::volume)) {
-        const ClipPlane before = hand.state.clipping.planes[handle.plane];
+        const ClipPlane before = hand.state.notes.clip_planes[handle.plane];
         // The goal is the place of the handle 5 mm further in.
         const glm::dvec3 goal = handle.at_mm + 5.0 * before.normal;
         const glm::dvec2 to = pixel_of(hand.state, subject.grid, Panel::volume, goal).value();
         hand.drag(handle.at_px, to, Button::left);
-        EXPECT_NEAR(offset_of(hand.state.clipping.planes[handle.plane]), offset_of(before) + 5.0,
+        EXPECT_NEAR(offset_of(hand.state.notes.clip_planes[handle.plane]), offset_of(before) + 5.0,
                     1e-6);
-        hand.state.clipping.planes[handle.plane] = before;
+        hand.state.notes.clip_planes[handle.plane] = before;
     }
 }
 
@@ -130,8 +130,8 @@ TEST(ClipTool, APlaneStaysWithinTheVolumesBox) {
         hand.move(to);
         hand.release(Button::left);
         EXPECT_FALSE(
-            clip_outline(subject.grid, hand.state.clipping.planes, handle.plane).empty() &&
-            clip_outline(subject.grid, {hand.state.clipping.planes[handle.plane]}, 0).empty());
+            clip_outline(subject.grid, hand.state.notes.clip_planes, handle.plane).empty() &&
+            clip_outline(subject.grid, {hand.state.notes.clip_planes[handle.plane]}, 0).empty());
         set_crop_box(hand.state, subject.grid);
         hand.time_s += 1.0;
     }

@@ -364,7 +364,7 @@ TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
     // A clip plane through the crosshair looks at the eye; its handle is pushed away from it.
     click_widget("tab/clip");
     click_widget("clip/add");
-    const ClipPlane before = state().clipping.planes.at(0);
+    const ClipPlane before = state().notes.clip_planes.at(0);
     const Widget3d handle = palette_of(state()).back();
     ASSERT_EQ(handle.kind, Widget3d::Kind::plane);
     for (const double x : {-90.0, 90.0}) { // over the ball, which would hold the tool
@@ -372,7 +372,7 @@ TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
         wait(1.0);
     }
     press("plane 1", 0.0);
-    const ClipPlane after = state().clipping.planes.at(0);
+    const ClipPlane after = state().notes.clip_planes.at(0);
     const glm::dvec3 moved = after.point_mm - before.point_mm;
     EXPECT_EQ(after.normal, before.normal);
     const glm::dvec3 view = glm::normalize(state().camera.target_mm - state().camera.eye_mm);

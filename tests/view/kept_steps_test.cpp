@@ -68,6 +68,75 @@ TEST_F(KeepingSteps, ComeBackWithTheirUndo) {
     EXPECT_EQ(files(), 1u);
 }
 
+// Names, colours, locks, measures, planes and the window come back as strokes do; undo takes each
+// back but the window.
+TEST_F(KeepingSteps, NotesComeBackWithThem) {
+    Notes at_first, after;
+    {
+        Work work(source(), {800, 600}, 1.0, false);
+        ViewState state = work.subject().home;
+        at_first = state.notes;
+        const auto keep = [&] {
+            work.follow_notes(state, false);
+            work.session().settle();
+        };
+        state.notes.measures = {{MeasureKind::ruler, {{0, 0, 0}, {1, 2, 3}}, "a"}};
+        keep();
+        name_label(state.notes, 3, "liver");
+        keep();
+        state.notes.label_styles[3] = {{0.5, 0.25, 1.0}, false};
+        state.notes.locked_labels = {3};
+        keep();
+        state.window = {-100.0, 150.0};
+        keep();
+        state.notes.clip_planes = {{{1, 2, 3}, {0, 0, 1}}};
+        work.follow_notes(state, true); // a drag that goes on is no step yet
+        work.session().settle();
+        EXPECT_EQ(work.edited().undo_steps, 3u);
+        keep();
+        after = state.notes;
+        EXPECT_EQ(work.edited().undo_steps, 4u);
+    } // as one that is killed
+    Source again = source();
+    EXPECT_EQ(again.steps->recovered, 4u);
+    Work work(std::move(again), {800, 600}, 1.0, false);
+    ViewState state = work.subject().home;
+    EXPECT_EQ(state.notes, after);
+    EXPECT_EQ(state.window, (GreyWindow{-100.0, 150.0}));
+    work.watch(state);
+    EXPECT_EQ(work.session().scene().clip_planes, after.clip_planes);
+    EXPECT_FALSE(style_of(*work.session().scene().labels, 3).visible);
+    for (int i = 0; i < 4; ++i) {
+        work.obey({Order::Kind::undo, {}, 2.0}, state);
+        work.session().settle();
+        work.follow_notes(state, false);
+    }
+    at_first.window = after.window;
+    EXPECT_EQ(state.notes, at_first);
+    EXPECT_EQ(work.edited().undo_steps, 0u);
+    EXPECT_EQ(work.edited().redo_steps, 4u);
+}
+
+// Undo while a person changes something else leaves that to them, as a step after it.
+TEST_F(KeepingSteps, UndoLeavesWhatIsBeingChanged) {
+    Work work(source(), {800, 600}, 1.0, false);
+    ViewState state = work.subject().home;
+    state.notes.locked_labels = {3};
+    work.follow_notes(state, false);
+    work.session().settle();
+    state.notes.measures = {{MeasureKind::ruler, {{0, 0, 0}, {1, 2, 3}}, "a"}};
+    work.follow_notes(state, true); // the drag goes on
+    work.session().undo();          // of the locks
+    work.session().settle();
+    work.follow_notes(state, true);
+    EXPECT_TRUE(state.notes.locked_labels.empty());
+    EXPECT_EQ(state.notes.measures.size(), 1u);
+    work.follow_notes(state, false);
+    work.session().settle();
+    EXPECT_EQ(notes_of(work.edited().document.notes).value(), state.notes);
+    EXPECT_EQ(work.edited().undo_steps, 1u);
+}
+
 TEST_F(KeepingSteps, EachWindowHasItsOwn) {
     Work first(source(), {800, 600}, 1.0, false);
     draw(first, 5.0);

@@ -147,7 +147,7 @@ TEST_F(FilesBeside, TakeThePlaceOfWhatIsThere) {
     button(true);
     button(false);
     frame({});
-    viewer().work().name_label(2, "mine");
+    note_name(2, "mine");
     const uint64_t drawn = labels();
     const size_t before = steps();
     open_labels("other.nii");

@@ -23,15 +23,22 @@ class Leaving : public TemporaryFolder {
     void measure() {
         Measure ruler;
         ruler.kind = MeasureKind::ruler;
-        ruler.points_mm = {glm::dvec3(0.0),
-                           glm::dvec3(1.0 + double(state_.measuring.measures.size()))};
-        state_.measuring.measures.push_back(ruler);
-        work_.watch(state_);
+        ruler.points_mm = {glm::dvec3(0.0), glm::dvec3(1.0 + double(state_.notes.measures.size()))};
+        state_.notes.measures.push_back(ruler);
+        work_.follow_notes(state_, false);
+        work_.session().settle();
+    }
+    // Of the project, as one reads them who does not open it.
+    static size_t measures_in(const std::filesystem::path& folder) {
+        const Result<Project::Seen> seen = Project::look(folder);
+        EXPECT_TRUE(seen) << seen.error().message;
+        return notes_of(seen->contents.document.notes)->measures.size();
     }
     // The message to the person.
     std::string save(const std::filesystem::path& folder) {
+        const bool lost = work_.leaving_loses_edits();
         work_.save(state_, folder.string());
-        EXPECT_TRUE(work_.leaving_loses_edits()); // until it has ended
+        EXPECT_EQ(work_.leaving_loses_edits(), lost); // until it has ended
         while (work_.is_saving()) {
             work_.poll();
             std::this_thread::yield();
@@ -87,12 +94,14 @@ TEST_F(Leaving, MeasuresOfANewProjectThatCannotBeWrittenAreAskedFor) {
     EXPECT_FALSE(work_.leaving_loses_edits());
 }
 
-// The limit on the size of files stands for a disk that is full.
-TEST_F(Leaving, MeasuresOfALaterSaveThatFailsAreAskedFor) {
+// The limit on the size of files stands for a disk that is full. A measure is a step, and on disk
+// before any save.
+TEST_F(Leaving, MeasuresOfALaterSaveThatFailsAreKept) {
     measure();
     save(file("work.palpate"));
     ASSERT_FALSE(work_.leaving_loses_edits());
     measure();
+    EXPECT_FALSE(work_.leaving_loses_edits());
     ::signal(SIGXFSZ, SIG_IGN);
     rlimit old{};
     ::getrlimit(RLIMIT_FSIZE, &old);
@@ -103,13 +112,13 @@ TEST_F(Leaving, MeasuresOfALaterSaveThatFailsAreAskedFor) {
     ::setrlimit(RLIMIT_FSIZE, &old);
     EXPECT_EQ(told.find("saved to"), std::string::npos) << told;
     EXPECT_NE(told, "");
-    EXPECT_TRUE(work_.leaving_loses_edits());
+    EXPECT_EQ(measures_in(file("work.palpate")), 2u);
     EXPECT_NE(save({}).find("saved to"), std::string::npos);
-    EXPECT_FALSE(work_.leaving_loses_edits());
+    EXPECT_EQ(measures_in(file("work.palpate")), 2u);
 }
 
-// A measure that is made while a save is under way is not in it.
-TEST_F(Leaving, MeasuresMadeDuringASaveAreAskedFor) {
+// A measure that is made while a save is under way is a step after it.
+TEST_F(Leaving, MeasuresMadeDuringASaveAreKept) {
     measure();
     work_.save(state_, file("work.palpate").string());
     measure();
@@ -117,9 +126,22 @@ TEST_F(Leaving, MeasuresMadeDuringASaveAreAskedFor) {
         work_.poll();
         std::this_thread::yield();
     }
-    EXPECT_TRUE(work_.leaving_loses_edits());
-    save({});
     EXPECT_FALSE(work_.leaving_loses_edits());
+    EXPECT_EQ(measures_in(file("work.palpate")), 2u);
+}
+
+// Planes that cut the view, and colours, are undone, and no reason to ask.
+TEST_F(Leaving, LooksAloneAreNotAskedFor) {
+    state_.notes.clip_planes = {{glm::dvec3(0.0), {1.0, 0.0, 0.0}}};
+    state_.notes.label_styles[3] = {{1.0, 0.0, 0.0}, false};
+    work_.follow_notes(state_, false);
+    work_.session().settle();
+    EXPECT_EQ(work_.edited().undo_steps, 1u);
+    EXPECT_FALSE(work_.leaving_loses_edits());
+    state_.notes.locked_labels = {3};
+    work_.follow_notes(state_, false);
+    work_.session().settle();
+    EXPECT_TRUE(work_.leaving_loses_edits());
 }
 
 // The name that is offered first is taken already; a person takes it even so, then another.

@@ -39,10 +39,10 @@ TEST(MeasureTool, ARulerLiesWhereTheCameraSaysThatItsPixelsAre) {
             EXPECT_EQ(hand.state.measuring.begun.size(), 1u);
             click(hand, to);
         }
-        ASSERT_EQ(hand.state.measuring.measures.size(), 1u);
+        ASSERT_EQ(hand.state.notes.measures.size(), 1u);
         EXPECT_TRUE(hand.orders.empty());
         EXPECT_EQ(hand.state.crosshair_mm, subject.home.crosshair_mm);
-        const Measure& ruler = hand.state.measuring.measures[0];
+        const Measure& ruler = hand.state.notes.measures[0];
         // By the picture's own camera.
         const Box box = box_of(hand.state, panel).value();
         const Camera camera = camera_of(subject.home.slices[index], subject.home.crosshair_mm,
@@ -69,17 +69,17 @@ TEST(MeasureTool, AHandleFollowsThePointerAndTheOthersStay) {
     hand.key("m");
     const glm::dvec2 at = hand.middle(Panel::coronal);
     hand.drag(at, at + glm::dvec2(50, 10), Button::left);
-    const glm::dvec3 first = hand.state.measuring.measures[0].points_mm[0];
+    const glm::dvec3 first = hand.state.notes.measures[0].points_mm[0];
     hand.drag(at + glm::dvec2(50, 10), at + glm::dvec2(20, 70), Button::left);
-    ASSERT_EQ(hand.state.measuring.measures.size(), 1u);
-    EXPECT_EQ(hand.state.measuring.measures[0].points_mm[0], first);
+    ASSERT_EQ(hand.state.notes.measures.size(), 1u);
+    EXPECT_EQ(hand.state.notes.measures[0].points_mm[0], first);
     EXPECT_LT(glm::distance(
-                  hand.state.measuring.measures[0].points_mm[1],
+                  hand.state.notes.measures[0].points_mm[1],
                   point_under(hand.state, subject.grid, Panel::coronal, at + glm::dvec2(20, 70))),
               1e-9);
     EXPECT_FALSE(hand.state.measuring.held);
     hand.key("delete");
-    EXPECT_TRUE(hand.state.measuring.measures.empty());
+    EXPECT_TRUE(hand.state.notes.measures.empty());
 }
 
 TEST(MeasureTool, ASphereMovesByItsCentreAndGrowsByItsRim) {
@@ -90,15 +90,15 @@ TEST(MeasureTool, ASphereMovesByItsCentreAndGrowsByItsRim) {
     ASSERT_EQ(hand.state.measuring.kind, MeasureKind::sphere);
     const glm::dvec2 at = hand.middle(Panel::axial);
     hand.drag(at, at + glm::dvec2(60, 0), Button::left);
-    const Measure before = hand.state.measuring.measures.at(0);
+    const Measure before = hand.state.notes.measures.at(0);
     hand.drag(at, at + glm::dvec2(-30, 20), Button::left);
-    const Measure moved = hand.state.measuring.measures.at(0);
+    const Measure moved = hand.state.notes.measures.at(0);
     EXPECT_LT(glm::distance(moved.points_mm[1] - moved.points_mm[0],
                             before.points_mm[1] - before.points_mm[0]),
               1e-9);
     EXPECT_GT(glm::distance(moved.points_mm[0], before.points_mm[0]), 1.0);
     hand.drag(at + glm::dvec2(30, 20), at + glm::dvec2(80, 20), Button::left);
-    const Measure grown = hand.state.measuring.measures.at(0);
+    const Measure grown = hand.state.notes.measures.at(0);
     EXPECT_EQ(grown.points_mm[0], moved.points_mm[0]);
     const double mm =
         mm_per_px(subject.home.slices[0], subject.grid, box_of(hand.state, Panel::axial)->size_px);
@@ -130,13 +130,13 @@ TEST(MeasureTool, APolygonStaysInThePlaneInWhichItWasBegun) {
                 hand.release(Button::left);
             }
         }
-        ASSERT_EQ(hand.state.measuring.measures.size(), 1u) << way;
-        const auto& corners = hand.state.measuring.measures[0].points_mm;
+        ASSERT_EQ(hand.state.notes.measures.size(), 1u) << way;
+        const auto& corners = hand.state.notes.measures[0].points_mm;
         EXPECT_EQ(corners.size(), way == 2 ? 4u : 3u);
         for (const glm::dvec3 p : corners)
             EXPECT_NEAR(glm::dot(p - subject.home.crosshair_mm, subject.home.slices[2].towards),
                         0.0, 1e-9);
-        EXPECT_TRUE(check(hand.state.measuring.measures[0]));
+        EXPECT_TRUE(check(hand.state.notes.measures[0]));
     }
 }
 
@@ -155,8 +155,8 @@ TEST(MeasureTool, InTheVolumeAClickTakesWhatIsSeenAndADragTurns) {
     click(hand, at);
     click(hand, other);
     EXPECT_EQ(hand.state.camera, camera);
-    ASSERT_EQ(hand.state.measuring.measures.size(), 1u);
-    const auto points = hand.state.measuring.measures[0].points_mm;
+    ASSERT_EQ(hand.state.notes.measures.size(), 1u);
+    const auto points = hand.state.notes.measures[0].points_mm;
     for (const auto& [point, pixel] : {std::pair(points[0], at), {points[1], other}}) {
         EXPECT_NEAR(glm::dot(point - middle, normal), 0.0, 1e-9);
         EXPECT_LT(
@@ -166,14 +166,14 @@ TEST(MeasureTool, InTheVolumeAClickTakesWhatIsSeenAndADragTurns) {
     // Its handle stays on what is seen.
     hand.drag(other, other + glm::dvec2(-10, 50), Button::left);
     EXPECT_EQ(hand.state.camera, camera);
-    const glm::dvec3 moved = hand.state.measuring.measures[0].points_mm[1];
+    const glm::dvec3 moved = hand.state.notes.measures[0].points_mm[1];
     EXPECT_NEAR(glm::dot(moved - middle, normal), 0.0, 1e-9);
     EXPECT_LT(glm::distance(pixel_of(hand.state, subject.grid, Panel::volume, moved).value(),
                             other + glm::dvec2(-10, 50)),
               1e-6);
     hand.drag(at + glm::dvec2(60, 60), at + glm::dvec2(90, 60), Button::left);
     EXPECT_NE(hand.state.camera, camera);
-    EXPECT_EQ(hand.state.measuring.measures.size(), 1u);
+    EXPECT_EQ(hand.state.notes.measures.size(), 1u);
     EXPECT_TRUE(hand.state.measuring.begun.empty());
 }
 
@@ -187,7 +187,7 @@ TEST(MeasureTool, EscapeLeavesNothingHalfPlaced) {
     click(hand, hand.middle(Panel::axial) + glm::dvec2(30, 0));
     hand.key("escape");
     EXPECT_TRUE(hand.state.measuring.begun.empty());
-    EXPECT_TRUE(hand.state.measuring.measures.empty());
+    EXPECT_TRUE(hand.state.notes.measures.empty());
     // Handles of another slice cannot be taken hold of.
     hand.key("m");
     hand.key("m");

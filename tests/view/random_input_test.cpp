@@ -79,7 +79,7 @@ std::string fault_of(const ViewState& state, const Grid& grid) {
         return "opacity";
     if (!is_finite(state.stylus.meant.position_mm))
         return "hand";
-    for (const ClipPlane& plane : state.clipping.planes)
+    for (const ClipPlane& plane : state.notes.clip_planes)
         if (!is_finite(plane.point_mm) || !(std::abs(glm::length(plane.normal) - 1.0) < 1e-6))
             return "clip plane";
     return "";

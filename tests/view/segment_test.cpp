@@ -268,8 +268,8 @@ TEST_F(SegmentBound, IsOfferedWhereAFrontMeetsNoBoundary) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u);
 }
 
-// Undo goes over a bound that was taken, and leaves that of another run.
-TEST_F(SegmentBound, UndoLeavesTheBoundOfAnotherRun) {
+// Undo goes back over the bounds that were taken, and over runs to that of the run before.
+TEST_F(SegmentBound, UndoTakesABoundWithItsRun) {
     paint_seeds();
     choose("fast-marching");
     click_widget("segment/run");
@@ -298,8 +298,15 @@ TEST_F(SegmentBound, UndoLeavesTheBoundOfAnotherRun) {
     click_widget("segment/run");
     frame({});
     const double other = strength().bound;
-    EXPECT_EQ(step("z"), other);
-    EXPECT_EQ(step("z"), other); // over the first bound of the fast marching
+    EXPECT_NE(other, first);
+    EXPECT_EQ(step("z"), first); // that of the fast marching again
+    EXPECT_EQ(step("z"), found);
+    key("z", {.ctrl = true});
+    frame({});
+    EXPECT_FALSE(viewer().work().strength()); // as before the first segmentation
+    EXPECT_EQ(step("y"), found);
+    EXPECT_EQ(step("y"), first);
+    EXPECT_EQ(step("y"), other);
 }
 
 // A parameter that a person begins to give has the value that the method found.

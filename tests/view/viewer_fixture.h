@@ -103,6 +103,16 @@ class ViewerTest : public ::testing::Test {
         const Box box = box_of(state(), panel).value();
         return glm::floor(glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px));
     }
+    // A name of a label, as the list of labels gives it.
+    void note_name(uint32_t label, const std::string& name) {
+        Session& session = viewer_->work().session();
+        const NotePages before = session.state().document.notes;
+        Notes notes = notes_of(before).value();
+        name_label(notes, label, name);
+        session.note(changes_between(before, pages_of(notes)), "label names");
+        frame({});
+        frame({});
+    }
     const Volume* volume(const char* name) {
         state_ = viewer_->work().edited();
         return state_->document.find(name);

@@ -377,7 +377,7 @@ TEST_F(ViewerTest, TheListOfLabelsIsAsHighAsItsRows) {
         key("="); // wider than a sample
     click(middle(Panel::axial) + glm::dvec2(10, 20));
     for (uint32_t label = 2; label <= 40; ++label)
-        viewer().work().name_label(label, "organ");
+        note_name(label, "organ");
     click_widget("tab/labels");
     const auto foot = [&] {
         const Box box = viewer().interface().widgets().at("labels/middle");
@@ -411,7 +411,7 @@ TEST_F(ViewerTest, ALongNameKeepsItsBeginningAndItsEnd) {
 TEST_F(ViewerTest, NamesThatDifferAtTheirEndsLookDifferent) {
     const auto labels = [&](const char* name) {
         open("synthetic:phantom?size=24");
-        viewer().work().name_label(24, name);
+        note_name(24, name);
         click_widget("tab/labels");
         EXPECT_TRUE(viewer().interface().widgets().count("labels/row/24"));
         return viewer().shot().value().samples;

@@ -6,6 +6,7 @@
 
 #include "engine/segment/label_merge.h"
 #include "engine/segment/map_values.h"
+#include "engine/volume/content_hash.h"
 
 namespace palpate::view {
 
@@ -159,6 +160,7 @@ Result<SegmentDone> SegmentRun::run() {
                                                 ? arrival_growth(strength.volume, {task.stop, {}})
                                                 : Result<ArrivalGrowth>());
     set_bound(strength, done, growth);
+    strength.id = fmt::format("{:016x}", content_hash(strength.volume));
     done.strength = std::move(strength);
     return done;
 }

@@ -24,6 +24,7 @@ struct Strength {
     // bound are of no use; where none was found, the ends are the first and the last time of the
     // front. Equal: no slider.
     double least = 0.0, most = 1.0;
+    std::string id;            // a hash of volume
     bool is_unbounded = false; // the labels do not have these objects yet
 };
 

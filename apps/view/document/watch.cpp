@@ -17,17 +17,10 @@ constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coar
 } // namespace
 
 void Work::watch(const ViewState& state) {
-    Kept kept = session_.kept();
-    kept.measures = state.measuring.measures;
-    kept.label_names = loaded_.label_names;
-    kept.locked_labels = state.locked_labels;
-    if (kept != session_.kept())
-        session_.keep(std::move(kept));
-    if (session_.scene().clip_planes != state.clipping.planes) {
-        Scene scene = session_.scene();
-        scene.clip_planes = state.clipping.planes;
+    Scene scene = session_.scene();
+    show_in_scene(state.notes, scene);
+    if (scene != session_.scene())
         session_.show(std::move(scene));
-    }
     show_seeds(state);
     const EditState edit = edited();
     const Volume& grey = *edit.document.find(grey_);
@@ -38,7 +31,7 @@ void Work::watch(const ViewState& state) {
                 wish.counted = level;
     if (const Volume* labels = edit.document.find(labels_))
         wish.labels = *labels;
-    for (const Measure& measure : state.measuring.measures)
+    for (const Measure& measure : state.notes.measures)
         if (measure.kind == MeasureKind::polygon || measure.kind == MeasureKind::sphere)
             wish.measures.push_back(measure);
     figures_.want(std::move(wish));
@@ -109,7 +102,7 @@ std::optional<double> Work::label_sample_mm3() {
 }
 
 std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
-    if (state.locked_labels.empty())
+    if (state.notes.locked_labels.empty())
         return std::nullopt;
     const EditState edit = edited();
     const Volume* labels = edit.document.find(labels_);
@@ -124,7 +117,8 @@ std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
 }
 
 bool is_locked(const ViewState& state, uint16_t label) {
-    return std::binary_search(state.locked_labels.begin(), state.locked_labels.end(), label);
+    return std::binary_search(state.notes.locked_labels.begin(), state.notes.locked_labels.end(),
+                              label);
 }
 
 void Work::export_measures(const ViewState& state, const std::string& path) {
@@ -133,7 +127,7 @@ void Work::export_measures(const ViewState& state, const std::string& path) {
         return;
     }
     MeasureReport report;
-    for (const Measure& one : state.measuring.measures) {
+    for (const Measure& one : state.notes.measures) {
         std::optional<Measured> now = measured(one);
         if (!now) {
             message_ = "not all is measured yet: try again";

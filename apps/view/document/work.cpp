@@ -29,7 +29,32 @@ Scene base_of(const OpenedScene& opened) {
     return scene;
 }
 
-SessionSetup setup_of(Source& source, bool threaded) {
+GreyWindow window_of(const TransferFunction& function, ValueRange range);
+
+// The slices' transfer function that a scene has, or the default one.
+TransferFunction shown_grey(const Scene& scene, const LoadedScene& loaded) {
+    return scene.slice_transfer.colors.empty() ? default_slice_transfer(loaded)
+                                               : scene.slice_transfer;
+}
+
+// All pages of the document's notes: those that it has, and else what files say.
+NotePages all_notes(const SessionSetup& setup, const LoadedScene& loaded) {
+    Notes notes;
+    take_from_scene(notes, setup.scene);
+    notes.label_names = loaded.label_names;
+    const TransferFunction grey = shown_grey(setup.scene, loaded);
+    const GreyWindow window = window_of(grey, loaded.data.volume.range());
+    notes.window = {
+        window.low, window.high,
+        !grey.colors.empty() && grey.colors.front().color.x > grey.colors.back().color.x};
+    NotePages::Texts there = setup.document.notes.texts();
+    std::erase_if(there, [](const auto& page) { // a project has its own names
+        return page.second == "null" && (page.first == "window" || page.first == "label_names");
+    });
+    return pages_of(notes).with(there);
+}
+
+SessionSetup bare_setup_of(Source& source, bool threaded) {
     const OpenedScene& opened = source.scene;
     const SceneData& data = opened.loaded.data;
     if (source.project) {
@@ -57,6 +82,12 @@ SessionSetup setup_of(Source& source, bool threaded) {
         setup.edit.journal_may_end = true;
         setup.edit.begun = std::move(source.steps->history);
     }
+    return setup;
+}
+
+SessionSetup setup_of(Source& source, bool threaded) {
+    SessionSetup setup = bare_setup_of(source, threaded);
+    setup.document.notes = all_notes(setup, source.scene.loaded);
     return setup;
 }
 
@@ -156,6 +187,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
       steps_file_(source.steps ? source.steps->path : std::filesystem::path()),
       recovered_steps_(source.steps ? source.steps->recovered : 0),
       session_(setup_of(source, threaded)),
+      noted_(session_),
+      opened_(session_.state().document),
       figures_(threaded),
       touch_(session_, threaded, center_mm(loaded_.data.volume.grid()),
              half_size_mm(loaded_.data.volume.grid())) {
@@ -205,21 +238,14 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     if (opened.labels)
         home.outline_px = opened.labels->outline_px;
     home.seen_as = seen_as(session_.scene());
-    const TransferFunction& grey = session_.scene().slice_transfer;
-    const TransferFunction shown = grey.colors.empty() ? default_slice_transfer(loaded_) : grey;
-    home.window = window_of(shown, subject_.range);
-    home.window_inverted = !shown.colors.empty() && // as it was saved, or by default
-                           shown.colors.front().color.x > shown.colors.back().color.x;
-    home.measuring.measures = measures_saved_ = session_.kept().measures;
-    home.clipping.planes = session_.scene().clip_planes;
-    for (ClipPlane& plane : home.clipping.planes)
-        plane.normal = glm::normalize(plane.normal);
-    home.locked_labels = session_.kept().locked_labels;
+    home.notes = noted_.known();
+    if (const std::optional<Notes::Window>& window = home.notes.window) { // it always is
+        home.window = {window->low, window->high};
+        home.window_inverted = window->is_inverted;
+    }
     home.radius_mm =
         std::clamp(session_.kept().tool_radius_mm.value_or(home.radius_mm), 0.1, 100.0);
     home.label = session_.kept().tool_label.value_or(home.label);
-    if (!session_.kept().label_names.empty()) // a project has its own
-        loaded_.label_names = session_.kept().label_names;
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
         return wire_path(from, to, axis);
     };
@@ -297,6 +323,7 @@ void Work::obey(const Order& order, const ViewState& state) {
         }
         case Order::Kind::undo:
         case Order::Kind::redo:
+            noted_.keep(state.notes);
             step_back(order.kind == Order::Kind::undo);
             break;
         case Order::Kind::save:

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <deque>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "apps/view/document/label_export.h"
 #include "apps/view/document/mesh_run.h"
 #include "apps/view/document/milling_sound_output.h"
+#include "apps/view/document/notes_link.h"
 #include "apps/view/document/pulled_mesh.h"
 #include "apps/view/document/segment_run.h"
 #include "apps/view/document/touch.h"
@@ -117,8 +117,8 @@ class Work {
     // readers said: other files of the folder have names, too.
     std::string without_names(std::string message) const;
     bool is_saving() const;
-    // Whether steps are lost that no project has, measures that no save has written yet, or a mesh
-    // that was pulled and is not in its label.
+    // Whether steps are lost that no project has, or a mesh that was pulled and is not in its
+    // label. What cuts and colours the view alone is no loss.
     bool leaving_loses_edits();
     // How many steps of a window that ended without a word came back.
     size_t recovered_steps() const { return recovered_steps_; }
@@ -145,6 +145,9 @@ class Work {
 
     // For each frame: what became of a save, and autosaves.
     void poll();
+    // For each frame: notes of the state become steps, and steps that were undone are seen in it.
+    // is_busy: a person is in the middle of a change.
+    void follow_notes(ViewState& state, bool is_busy);
     // For each frame: numbers that the state asks for, and what of it is kept with the document.
     void watch(const ViewState& state);
     Figures& figures() { return figures_; }
@@ -156,13 +159,9 @@ class Work {
 
     // The newest of what is edited.
     EditState edited() { return session_.state(); }
-    bool has_labels();                                   // any samples of a label
-    std::string name_of_label(uint32_t label) const;     // "7", or "7 kidney" where it has a name
-    std::string own_name_of_label(uint32_t label) const; // "kidney", or ""
-    void name_label(uint32_t label, const std::string& name);
-
-    const std::vector<LabelName>& label_names() const { return loaded_.label_names; }
-    std::optional<double> label_sample_mm3(); // that a sample of labels stands for
+    bool has_labels();                               // any samples of a label
+    std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where it has a name
+    std::optional<double> label_sample_mm3();        // that a sample of labels stands for
 
     // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
     std::string text_at(glm::dvec3 point_mm);
@@ -183,7 +182,6 @@ class Work {
     // The value of a sample at a point of the document; none outside, or without the volume.
     std::optional<float> value_at(const std::string& volume, glm::dvec3 point_mm);
     void take_project(Project project);
-    void end_save(bool succeeded);
     bool take_tool(const ViewState& state);
     // The edit that a stroke makes; none where seed_brush() has none.
     std::optional<EditSetup> edit_of(Carve carve, TipShape shape, const ViewState& state);
@@ -221,16 +219,8 @@ class Work {
     std::string told_of(const SegmentJob& job, const SegmentDone& done);
     void step_back(bool is_undo); // or forward
     void tell_step();
-    // Things that belong to steps and are no part of the document.
-    struct Beside {
-        std::vector<LabelName> names;
-        std::vector<LabelStyle> styles;
-        std::optional<Strength> strength;
-    };
-    Beside beside() const;
-    void exchange_beside(Beside& other);
-    void keep_beside(Beside before, std::string title); // of the step that was put last
-    void follow_beside(); // where undo and redo have gone over such a step
+    void follow_bound(const std::optional<Notes::Bound>& bound); // where a step has changed it
+    void keep_strength();
     void poll_segmenting();
     std::vector<glm::uvec3> wire_path(glm::uvec3 from, glm::uvec3 to, int axis); // Subject::path
     void fill_wire(const ViewState& state);
@@ -247,6 +237,8 @@ class Work {
     size_t recovered_steps_ = 0;
     Subject subject_;
     Session session_;
+    NotesLink noted_;
+    Document opened_; // with the steps that came back
     Figures figures_;
     bool down_ = false;
     StrokePose last_;
@@ -259,18 +251,10 @@ class Work {
         uint64_t command;  // its number
     };
     std::optional<Stepping> stepping_;
-    struct StepBeside {
-        uint64_t command; // that makes the step
-        std::string title;
-        std::optional<size_t> step; // undo steps with it; none: it is not done yet
-        bool is_done;
-        Beside other; // on the side of it that is not the present
-    };
-    std::vector<StepBeside> steps_beside_;            // the oldest first
-    std::array<uint64_t, 3> beside_at_{};             // the document that they have followed
-    bool went_back_ = false;                          // since then
     bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     std::optional<Strength> strength_;
+    std::deque<Strength>
+        strengths_; // of steps, that undo and redo may come back to; the newest last
     std::map<std::string, ParameterValues> found_; // by method
     std::optional<FusionLayer> fusion_;            // of another volume
     std::unique_ptr<SegmentRun> segmenting_;
@@ -303,10 +287,8 @@ class Work {
         glm::dvec3 held_mm, from_mm;
     };
     std::optional<HandPull> hand_pull_;
-    std::optional<RayCastLayer> rays_;                    // that the scene has no more
-    std::vector<Measure> measures_saved_;                 // by the last save that succeeded
-    std::optional<std::vector<Measure>> measures_saving_; // by the save under way
-    std::optional<Project> project_; // after the session that its saves look at
+    std::optional<RayCastLayer> rays_; // that the scene has no more
+    std::optional<Project> project_;   // after the session that its saves look at
     std::optional<Project::Creation> creation_;
     std::string creating_; // the folder of creation_
     std::optional<FailedSave> failed_save_;
@@ -314,9 +296,6 @@ class Work {
 
 // A map on which nothing is drawn yet.
 Volume empty_labels(const Grid& grid);
-
-// The style of a label, which gets one of its own.
-LabelStyle& own_style(LabelLayer& layer, uint32_t label);
 
 // A text with another in the place of a name, wherever it stands there. An empty name: the text.
 std::string without_name(std::string text, const std::string& name, const std::string& instead);

@@ -48,8 +48,8 @@ void Work::obey_mesh(const Order& order, const ViewState& state) {
         case Order::Kind::mesh_apply:
             if (!meshing_ && mesh_)
                 run_mesh(mesh_->label(),
-                         [mesh = mesh_->mesh(),
-                          locked = state.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
+                         [mesh = mesh_->mesh(), locked = state.notes.locked_labels](
+                             MeshRun& run) -> Result<MeshRun::Done> {
                              PALPATE_TRY(const Volume found,
                                          rasterised(mesh, run.before.grid(), run.label,
                                                     run.task().part(0.0, 0.8)));

@@ -45,8 +45,19 @@ std::string Work::without_names(std::string message) const {
 }
 
 bool Work::leaving_loses_edits() {
-    const bool loses_steps = !project_ && edited().undo_steps > 0;
-    return loses_steps || mesh_is_pulled() || session_.kept().measures != measures_saved_;
+    if (mesh_is_pulled())
+        return true;
+    const EditState now = edited();
+    if (project_ || now.undo_steps == 0)
+        return false;
+    Notes were = noted_.known();
+    const Notes at_first = notes_of(opened_.notes).value_or(Notes());
+    were.clip_planes = at_first.clip_planes;
+    were.label_styles = at_first.label_styles;
+    were.window = at_first.window;
+    Document same = now.document;
+    same.notes = opened_.notes;
+    return recovered_steps_ > 0 || !same.is_same_as(opened_) || were != at_first;
 }
 
 bool Work::is_saving() const {
@@ -58,6 +69,7 @@ void Work::save(const ViewState& state, const std::string& folder) {
         message_ = "a script saves nothing";
         return;
     }
+    noted_.keep(state.notes);
     Scene scene = session_.scene();
     scene.camera = state.camera;
     scene.fusion = fusion_; // and not what a segmentation shows for a while
@@ -71,8 +83,6 @@ void Work::save(const ViewState& state, const std::string& folder) {
     if (project_) {
         if (Result<void> begun = project_->begin_save(session_); !begun)
             message_ = begun.error().message;
-        else
-            measures_saving_ = kept.measures;
         return;
     }
     if (creation_) {
@@ -85,7 +95,6 @@ void Work::save(const ViewState& state, const std::string& folder) {
         return;
     }
     session_.settle();
-    measures_saving_ = kept.measures;
     creating_ = folder;
     creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
 }
@@ -125,22 +134,14 @@ void Work::poll_export() {
     message_ = done ? *done : done.error().message;
 }
 
-void Work::end_save(bool succeeded) {
-    if (succeeded && measures_saving_)
-        measures_saved_ = std::move(*measures_saving_);
-    measures_saving_.reset();
-}
-
 void Work::poll() {
     tell_step();
-    follow_beside();
     poll_segmenting();
     poll_mesh();
     poll_export();
     if (creation_)
         if (std::optional<Result<Project>> made = creation_->poll(session_)) {
             creation_.reset();
-            end_save(made->has_value());
             if (!*made) {
                 message_ = made->error().message;
                 failed_save_ = {creating_, message_};
@@ -155,13 +156,9 @@ void Work::poll() {
         }
     if (!project_)
         return;
-    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns())) {
-        end_save(ended->has_value());
+    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))
         message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
                           : ended->error().message;
-    }
-    if (project_->is_saving() && !measures_saving_) // an autosave has begun
-        measures_saving_ = session_.kept().measures;
 }
 
 } // namespace palpate::view

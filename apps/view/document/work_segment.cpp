@@ -90,7 +90,7 @@ void Work::begin_segmenting(const ViewState& state) {
         .volume = *now.document.find(grey_),
         .labels = labels ? *labels : empty_labels(subject_.grid),
         .outside = kSeedOf255,
-        .locked = state.locked_labels,
+        .locked = state.notes.locked_labels,
         .label = state.label};
     if (method->takes_seeds) {
         Result<Volume> by_label = seeds_by_label(*seeds);
@@ -112,7 +112,7 @@ void Work::begin_bounding(const ViewState& state) {
                    .given = {{"bound", *state.segmenting.preview}},
                    .volume = strength_->volume,
                    .labels = labels ? *labels : empty_labels(subject_.grid),
-                   .locked = state.locked_labels,
+                   .locked = state.notes.locked_labels,
                    .again = strength_};
     job.again->bound = *state.segmenting.preview;
     run_segmenting(std::move(job));
@@ -171,7 +171,7 @@ void Work::poll_segmenting() {
     session_.settle();
     const EditState now = edited();
     const Volume* labels = now.document.find(labels_);
-    const std::vector<uint16_t>& locked = session_.kept().locked_labels;
+    const std::vector<uint16_t>& locked = noted_.known().locked_labels;
     const bool changes = !done.labels.is_same_as(job.labels);
     // A person has gone on drawing, or has locked a label. While a hand draws without a pause, this
     // goes on, and the result comes after.
@@ -186,8 +186,6 @@ void Work::poll_segmenting() {
         return run_segmenting(std::move(anew));
     }
     const std::string told = told_of(job, done);
-    const Beside before = beside();
-    strength_ = std::move(done.strength);
     if (!job.again)
         std::erase_if(found_[job.method->name],
                       [&](const auto& old) { return !job.given.contains(old.first); });
@@ -199,11 +197,19 @@ void Work::poll_segmenting() {
         parameters[name] = value;
     const std::string title =
         job.again ? fmt::format("{}, bounded anew", job.method->name) : job.method->name;
-    if (changes && !session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
-                                 std::move(parameters)))
+    Notes notes = noted_.known();
+    notes.bound.reset();
+    if (done.strength)
+        notes.bound = {done.strength->method->name, done.strength->id, done.strength->bound};
+    const NotePages::Texts noted = noted_.changes_to(notes);
+    if (changes ? !session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
+                                std::move(parameters), noted)
+                : !session_.note(noted, "bound", false))
         return;
-    if (changes && job.again)
-        keep_beside(before, title);
+    noted_.expect_change();
+    strength_ = std::move(done.strength);
+    if (strength_)
+        keep_strength();
     message_ = told;
 }
 

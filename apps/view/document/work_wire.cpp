@@ -46,7 +46,7 @@ void Work::fill_wire(const ViewState& state) {
     const std::vector<glm::uvec3> samples = filled(wiring.closed, wiring.axis);
     for (const glm::uvec3 at : samples)
         inside.set(at, state.label);
-    Result<Volume> merged = with_labels(map, inside.commit(), {}, state.locked_labels, {});
+    Result<Volume> merged = with_labels(map, inside.commit(), {}, state.notes.locked_labels, {});
     if (!merged) {
         message_ = merged.error().message;
         return;

@@ -17,22 +17,22 @@ void Interface::draw_clip_panel(ViewState& state, Work& work) {
         set_crop_box(state, grid);
     note("clip/box");
     ImGui::SameLine();
-    ImGui::BeginDisabled(clipping.planes.size() >= kMaxClipPlanes);
+    ImGui::BeginDisabled(state.notes.clip_planes.size() >= kMaxClipPlanes);
     if (ImGui::Button("add plane"))
         add_clip_plane(state);
     ImGui::EndDisabled();
     note("clip/add");
     ImGui::SameLine();
-    ImGui::BeginDisabled(clipping.planes.empty());
+    ImGui::BeginDisabled(state.notes.clip_planes.empty());
     if (ImGui::Button("none")) {
-        clipping.planes.clear();
+        state.notes.clip_planes.clear();
         clipping.selected.reset();
     }
     ImGui::EndDisabled();
     note("clip/none");
     ImGui::Separator();
-    for (size_t i = 0; i < clipping.planes.size(); ++i) {
-        ClipPlane& plane = clipping.planes[i];
+    for (size_t i = 0; i < state.notes.clip_planes.size(); ++i) {
+        ClipPlane& plane = state.notes.clip_planes[i];
         ImGui::PushID(static_cast<int>(i));
         const std::string name = fmt::format("{}  keeps {}", i + 1, letters_of(plane.normal));
         if (ImGui::Selectable(name.c_str(), clipping.selected == i))
@@ -40,10 +40,10 @@ void Interface::draw_clip_panel(ViewState& state, Work& work) {
         note(fmt::format("clip/row/{}", i).c_str());
         ImGui::PopID();
     }
-    if (clipping.planes.empty())
+    if (state.notes.clip_planes.empty())
         ImGui::TextDisabled("nothing is cut away in 3D");
-    if (clipping.selected && *clipping.selected < clipping.planes.size()) {
-        ClipPlane& plane = clipping.planes[*clipping.selected];
+    if (clipping.selected && *clipping.selected < state.notes.clip_planes.size()) {
+        ClipPlane& plane = state.notes.clip_planes[*clipping.selected];
         double along = glm::dot(plane.normal, plane.point_mm - center_mm(grid));
         const double most = extent_mm(grid), least = -most;
         if (ImGui::DragScalar("mm", ImGuiDataType_Double, &along, 0.2f, &least, &most, "%.1f",
@@ -58,8 +58,8 @@ void Interface::draw_clip_panel(ViewState& state, Work& work) {
             plane.point_mm = state.crosshair_mm;
         note("clip/here");
         if (ImGui::Button("remove")) {
-            clipping.planes.erase(clipping.planes.begin() +
-                                  static_cast<ptrdiff_t>(*clipping.selected));
+            state.notes.clip_planes.erase(state.notes.clip_planes.begin() +
+                                          static_cast<ptrdiff_t>(*clipping.selected));
             clipping.selected.reset();
         }
         note("clip/remove");
@@ -83,14 +83,14 @@ void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel pane
     const auto color_of = [&](size_t plane) {
         return state.clipping.selected == plane ? kMarkChosen : kPlane;
     };
-    for (size_t i = 0; i < state.clipping.planes.size(); ++i) {
+    for (size_t i = 0; i < state.notes.clip_planes.size(); ++i) {
         if (is_slice(panel)) {
             if (const auto ends = clip_line(state, grid, panel, i)) {
                 line(ends->first, ends->second, color_of(i));
                 // A short line to the side that is kept.
                 const glm::dvec3 middle = 0.5 * (ends->first + ends->second),
                                  towards = state.slices[static_cast<size_t>(panel)].towards;
-                const glm::dvec3 n = state.clipping.planes[i].normal;
+                const glm::dvec3 n = state.notes.clip_planes[i].normal;
                 const glm::dvec3 in = n - glm::dot(n, towards) * towards;
                 if (glm::length(in) > 1e-6)
                     line(middle,
@@ -102,7 +102,7 @@ void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel pane
             }
             continue;
         }
-        const auto outline = clip_outline(grid, state.clipping.planes, i);
+        const auto outline = clip_outline(grid, state.notes.clip_planes, i);
         for (size_t k = 0; k < outline.size(); ++k)
             line(outline[k], outline[(k + 1) % outline.size()], color_of(i));
     }

@@ -193,6 +193,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
                 tool->marks(behind, state, work, view.panel, view.box);
         draw_hand_marks(behind, state, work, view.panel, view.box);
     }
+    busy_ = ImGui::IsAnyItemActive();
     ImGui::Render();
     return orders;
 }

@@ -49,6 +49,8 @@ class Interface {
     void set_recent(std::vector<std::string> paths) { recent_ = std::move(paths); }
     // The message in the line at the bottom; empty: nothing, or it has been shown long enough.
     std::string message() const { return is_told() ? message_ : ""; }
+    // Whether a person is in the middle of a drag or of a word in a widget.
+    bool is_busy() const { return busy_; }
     // For when another document begins.
     void forget_message() { message_.clear(); }
     // The pictures of the chooser of series, in the texture of this number; null: none.
@@ -98,7 +100,7 @@ class Interface {
     void draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_label_files(ViewState& state, std::vector<Order>& orders);
     void draw_only_values(ViewState& state, Work& work);
-    bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
+    void draw_label_row(ViewState& state, Work& work, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_slices(ViewState& state, Work& work);
     void draw_stereo(ViewState& state);
@@ -120,6 +122,7 @@ class Interface {
 
     double time_s_ = 0;
     bool is_light_ = false;
+    bool busy_ = false;
     std::map<std::string, Box> widgets_;
     std::vector<ViewText> texts_;
     std::string message_;

@@ -22,7 +22,7 @@ constexpr size_t kMostRows = 14; // seen at once
 // Those that a file names, those that occur, and the one that is drawn.
 std::vector<uint32_t> listed_labels(const ViewState& state, Work& work) {
     std::set<uint32_t> all{state.label};
-    for (const LabelName& name : work.label_names())
+    for (const LabelName& name : state.notes.label_names)
         all.insert(name.label);
     const auto known = work.figures().known();
     for (size_t label = 1; label < known->label_counts.size(); ++label)
@@ -52,21 +52,16 @@ bool has_part(const std::string& name, std::string_view part) {
 } // namespace
 
 void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
-    Scene scene = work.session().scene();
     draw_hands(state);
     draw_only_values(state, work);
     ImGui::Separator();
     draw_labels(state);
-    if (!scene.labels)
-        return;
-    bool changed = false;
     slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
     note("labels/outline");
     const auto all = listed_labels(state, work);
     const auto set_visible = [&](auto is_visible) {
         for (const uint32_t label : all)
-            own_style(*scene.labels, label).visible = is_visible(label);
-        changed = true;
+            set_style(state.notes, label, {style_of(state.notes, label).color, is_visible(label)});
     };
     if (ImGui::SmallButton("see all"))
         set_visible([](uint32_t) { return true; });
@@ -90,7 +85,7 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
     note("labels/find");
     std::vector<uint32_t> found = all;
     std::erase_if(found, [&](uint32_t label) {
-        return !has_part(work.name_of_label(label), sought_.data());
+        return !has_part(numbered_name(state.notes, label), sought_.data());
     });
     const float row = ImGui::GetFrameHeightWithSpacing();
     const float height = row * static_cast<float>(std::min(found.size(), kMostRows) + 1) + 4.0f;
@@ -109,14 +104,11 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
         rows.Begin(static_cast<int>(found.size()));
         while (rows.Step())
             for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i)
-                changed |=
-                    draw_label_row(state, work, *scene.labels, found[static_cast<size_t>(i)]);
+                draw_label_row(state, work, found[static_cast<size_t>(i)]);
         ImGui::EndTable();
     }
     draw_label_figures(state, work, orders);
     draw_label_files(state, orders);
-    if (changed)
-        work.session().show(std::move(scene));
 }
 
 // From a file in the place of what is there; and to one, whose name says what: all labels, or the
@@ -156,20 +148,16 @@ void Interface::draw_only_values(ViewState& state, Work& work) {
     drag_ends("labels", {"from", "to"}, *state.only_values, 0.0, {low, high}, work);
 }
 
-// Whether its style has changed.
-bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label) {
-    bool changed = false;
+void Interface::draw_label_row(ViewState& state, Work& work, uint32_t label) {
     ImGui::PushID(static_cast<int>(label));
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
-    LabelStyle style = style_of(layer, label);
-    if (ImGui::Checkbox("##visible", &style.visible)) {
-        own_style(layer, label).visible = style.visible;
-        changed = true;
-    }
+    LabelStyle style = style_of(state.notes, label);
+    if (ImGui::Checkbox("##visible", &style.visible))
+        set_style(state.notes, label, style);
     note(fmt::format("labels/visible/{}", label).c_str());
     ImGui::TableNextColumn();
-    auto& locked = state.locked_labels;
+    auto& locked = state.notes.locked_labels;
     const auto place = std::lower_bound(locked.begin(), locked.end(), label);
     bool is_locked = place != locked.end() && *place == label;
     if (ImGui::Checkbox("##locked", &is_locked)) {
@@ -184,13 +172,13 @@ bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, 
                    static_cast<float>(style.color.z)};
     if (ImGui::ColorEdit3("##color", rgb,
                           ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
-        own_style(layer, label).color =
+        style.color =
             glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
-        changed = true;
+        set_style(state.notes, label, style);
     }
     note(fmt::format("labels/color/{}", label).c_str());
     ImGui::TableNextColumn();
-    const std::string name = work.name_of_label(label);
+    const std::string name = numbered_name(state.notes, label);
     const float gap = ImGui::CalcTextSize(" ").x; // before its volume
     const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
     if (ImGui::Selectable(shown.c_str(), state.label == label) && label <= 65535)
@@ -206,7 +194,6 @@ bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, 
     else
         ImGui::TextDisabled("-");
     ImGui::PopID();
-    return changed;
 }
 
 // Draws the figures of the label that is chosen.
@@ -219,10 +206,10 @@ void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Ord
     ImGui::Text("label %u", unsigned{state.label});
     ImGui::SameLine();
     std::array<char, 128> name{};
-    work.own_name_of_label(state.label).copy(name.data(), name.size() - 1);
+    name_of_label(state.notes, state.label).copy(name.data(), name.size() - 1);
     ImGui::SetNextItemWidth(-1.0f);
     if (ImGui::InputTextWithHint("##name", "name", name.data(), name.size()))
-        work.name_label(state.label, name.data());
+        name_label(state.notes, state.label, name.data());
     ImGui::PopID();
     note("labels/name");
     if (count == 0) {

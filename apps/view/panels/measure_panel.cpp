@@ -57,14 +57,14 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
     hint(state.tool == &kMeasureTool ? placing_of(measuring.kind)
                                      : "M takes the tool into the hand");
     ImGui::Separator();
-    if (measuring.measures.empty())
+    if (state.notes.measures.empty())
         ImGui::TextDisabled("nothing measured yet");
-    const float rows = static_cast<float>(std::clamp<size_t>(measuring.measures.size(), 1, 8));
-    if (!measuring.measures.empty() &&
+    const float rows = static_cast<float>(std::clamp<size_t>(state.notes.measures.size(), 1, 8));
+    if (!state.notes.measures.empty() &&
         ImGui::BeginChild("list", ImVec2(0.0f, rows * ImGui::GetTextLineHeightWithSpacing() +
                                                    ImGui::GetStyle().FramePadding.y))) {
-        for (size_t i = 0; i < measuring.measures.size(); ++i) {
-            const Measure& measure = measuring.measures[i];
+        for (size_t i = 0; i < state.notes.measures.size(); ++i) {
+            const Measure& measure = state.notes.measures[i];
             ImGui::PushID(static_cast<int>(i));
             if (ImGui::Selectable(listed_name(measure, i).c_str(), measuring.selected == i)) {
                 measuring.selected = i;
@@ -81,9 +81,9 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
             ImGui::PopID();
         }
     }
-    if (!measuring.measures.empty())
+    if (!state.notes.measures.empty())
         ImGui::EndChild();
-    if (measuring.selected && *measuring.selected < measuring.measures.size())
+    if (measuring.selected && *measuring.selected < state.notes.measures.size())
         draw_measure(state, work);
     ImGui::Separator();
     ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export CSV__").x);
@@ -100,7 +100,7 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
 // Draws the selected measure.
 void Interface::draw_measure(ViewState& state, Work& work) {
     Measuring& measuring = state.measuring;
-    Measure& measure = measuring.measures[*measuring.selected];
+    Measure& measure = state.notes.measures[*measuring.selected];
     ImGui::Separator();
     std::array<char, 128> name{};
     measure.name.copy(name.data(), name.size() - 1);
@@ -126,8 +126,8 @@ void Interface::draw_measure(ViewState& state, Work& work) {
         ImGui::TextDisabled("measuring ..");
     }
     if (ImGui::Button("delete")) {
-        measuring.measures.erase(measuring.measures.begin() +
-                                 static_cast<ptrdiff_t>(*measuring.selected));
+        state.notes.measures.erase(state.notes.measures.begin() +
+                                   static_cast<ptrdiff_t>(*measuring.selected));
         measuring.selected.reset();
     }
     note("measure/delete");

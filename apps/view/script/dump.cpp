@@ -9,7 +9,7 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     json["tab"] = name_of(state.tab);
     work.watch(state);
     MeasureReport report;
-    for (const Measure& measure : state.measuring.measures)
+    for (const Measure& measure : state.notes.measures)
         if (const auto measured = work.measured(measure))
             report.measures.push_back({measure, *measured});
     json["measures"] = report_json(report)["measures"];
@@ -23,13 +23,13 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
         if (known->label_counts[label] > 0)
             json["label_counts"][std::to_string(label)] = known->label_counts[label];
     json["label_names"] = Json::object();
-    for (const LabelName& name : work.label_names())
+    for (const LabelName& name : state.notes.label_names)
         json["label_names"][std::to_string(name.label)] = name.name;
     json["locked_labels"] = Json::array();
-    for (const uint16_t label : state.locked_labels)
+    for (const uint16_t label : state.notes.locked_labels)
         json["locked_labels"].push_back(label);
     json["clips"] = Json::array();
-    for (const ClipPlane& plane : state.clipping.planes)
+    for (const ClipPlane& plane : state.notes.clip_planes)
         json["clips"].push_back({{"point_mm", plane.point_mm},
                                  {"normal", plane.normal},
                                  {"offset_mm", glm::dot(plane.normal, plane.point_mm)}});

@@ -80,7 +80,7 @@ std::vector<glm::dvec3> clip_outline(const Grid& grid, const std::vector<ClipPla
 
 std::optional<std::pair<glm::dvec3, glm::dvec3>> clip_line(const ViewState& state, const Grid& grid,
                                                            Panel panel, size_t number) {
-    const Polygon outline = clip_outline(grid, state.clipping.planes, number);
+    const Polygon outline = clip_outline(grid, state.notes.clip_planes, number);
     const glm::dvec3 towards = state.slices[static_cast<size_t>(panel)].towards;
     std::vector<glm::dvec3> ends;
     for (size_t i = 0; i < outline.size(); ++i) {
@@ -101,13 +101,13 @@ std::vector<ClipHandle> clip_handles(const ViewState& state, const Grid& grid, P
         if (const auto px = pixel_of(state, grid, panel, at))
             handles.push_back({plane, turns, at, *px});
     };
-    for (size_t i = 0; i < state.clipping.planes.size(); ++i) {
+    for (size_t i = 0; i < state.notes.clip_planes.size(); ++i) {
         if (is_slice(panel)) {
             if (const auto line = clip_line(state, grid, panel, i)) {
                 add(i, false, 0.5 * (line->first + line->second));
                 add(i, true, 0.25 * line->first + 0.75 * line->second);
             }
-        } else if (const Polygon outline = clip_outline(grid, state.clipping.planes, i);
+        } else if (const Polygon outline = clip_outline(grid, state.notes.clip_planes, i);
                    outline.size() >= 3) {
             add(i, false, middle_of(outline));
         }
@@ -138,9 +138,9 @@ bool press_clip(ViewState& state, const Subject& subject, Panel panel) {
 
 void drag_clip(ViewState& state, const Subject& subject, Panel panel) {
     Clipping& clipping = state.clipping;
-    if (!clipping.held || *clipping.held >= clipping.planes.size())
+    if (!clipping.held || *clipping.held >= state.notes.clip_planes.size())
         return;
-    ClipPlane& plane = clipping.planes[*clipping.held];
+    ClipPlane& plane = state.notes.clip_planes[*clipping.held];
     const Grid& grid = subject.grid;
     if (!is_slice(panel)) {
         const Box box = box_of(state, panel).value();
@@ -180,16 +180,16 @@ void drag_clip(ViewState& state, const Subject& subject, Panel panel) {
 }
 
 void add_clip_plane(ViewState& state) {
-    if (state.clipping.planes.size() >= kMaxClipPlanes)
+    if (state.notes.clip_planes.size() >= kMaxClipPlanes)
         return;
     const glm::dvec3 away = glm::normalize(state.camera.target_mm - state.camera.eye_mm);
-    state.clipping.planes.push_back({state.crosshair_mm, away});
-    state.clipping.selected = state.clipping.planes.size() - 1;
+    state.notes.clip_planes.push_back({state.crosshair_mm, away});
+    state.clipping.selected = state.notes.clip_planes.size() - 1;
 }
 
 void set_crop_box(ViewState& state, const Grid& grid) {
     constexpr double kShare = 0.1;
-    state.clipping.planes.clear();
+    state.notes.clip_planes.clear();
     for (HalfSpace side : half_spaces(grid)) {
         side.offset /= glm::length(side.normal);
         side.normal = glm::normalize(side.normal);
@@ -201,7 +201,7 @@ void set_crop_box(ViewState& state, const Grid& grid) {
         }
         const glm::dvec3 center = center_mm(grid);
         const double to_face = glm::dot(side.normal, center) - side.offset;
-        state.clipping.planes.push_back(
+        state.notes.clip_planes.push_back(
             {center - (to_face - kShare * depth) * side.normal, side.normal});
     }
     state.clipping.selected.reset();

@@ -7,9 +7,9 @@
 
 namespace palpate::view {
 
-// The clip planes of the 3D view, and what a hand does with them. A part of ViewState.
+// What a hand does with the clip planes of the 3D view (Notes::clip_planes, at most
+// kMaxClipPlanes). A part of ViewState.
 struct Clipping {
-    std::vector<ClipPlane> planes; // at most kMaxClipPlanes; normals of unit length
     std::optional<size_t> selected;
     std::optional<size_t> held; // a plane that a drag moves
     bool turns = false;         // or turns

@@ -136,8 +136,8 @@ void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel p
                  high = to_im(glm::dvec2(box.low_px + box.size_px));
     list.PushClipRect(low, high, true);
     Drawing draw{list, state, work.subject().grid, panel, kLine, state.text_scale};
-    for (size_t i = 0; i < measuring.measures.size(); ++i) {
-        const Measure& measure = measuring.measures[i];
+    for (size_t i = 0; i < state.notes.measures.size(); ++i) {
+        const Measure& measure = state.notes.measures[i];
         draw.color = measuring.selected == i ? kMarkChosen : kLine;
         draw.lines(measure);
         const bool is_held = measuring.selected == i || state.tool == &kMeasureTool;

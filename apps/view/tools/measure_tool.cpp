@@ -22,19 +22,21 @@ std::optional<MeasureHandle> handle_under(const ViewState& state, const Grid& gr
     return nearest;
 }
 
-void finish(Measuring& measuring) {
+void finish(ViewState& state) {
+    Measuring& measuring = state.measuring;
     Measure made{measuring.kind, std::exchange(measuring.begun, {})};
     if (!check(made)) // as of a sphere's two points in one place
         return;
-    measuring.measures.push_back(std::move(made));
-    measuring.selected = measuring.measures.size() - 1;
+    state.notes.measures.push_back(std::move(made));
+    measuring.selected = state.notes.measures.size() - 1;
 }
 
-void add_point(Measuring& measuring, glm::dvec3 point) {
+void add_point(ViewState& state, glm::dvec3 point) {
+    Measuring& measuring = state.measuring;
     measuring.begun.push_back(point);
     measuring.selected.reset();
     if (measuring.begun.size() == points_needed(measuring.kind))
-        finish(measuring);
+        finish(state);
 }
 
 Ray ray_under(const ViewState& state, Panel panel) {
@@ -67,7 +69,7 @@ bool lies_in(const ViewState& state, const Grid& grid, Panel panel, glm::dvec3 p
 
 std::vector<MeasureHandle> measure_handles(const ViewState& state, const Grid& grid, Panel panel) {
     std::vector<MeasureHandle> handles;
-    const auto& measures = state.measuring.measures;
+    const auto& measures = state.notes.measures;
     for (size_t m = 0; m < measures.size(); ++m) {
         if (!is_slice(panel) && measures[m].kind == MeasureKind::polygon)
             continue;
@@ -100,7 +102,7 @@ std::optional<Drag::Kind> press_measure(const ToolEvent& at) {
     glm::dvec3 point = at.point_mm();
     const glm::dvec3 towards = state.slices[static_cast<size_t>(panel)].towards;
     if (measuring.kind != MeasureKind::polygon) {
-        add_point(measuring, point);
+        add_point(state, point);
         return Drag::Kind::tool;
     }
     auto& begun = measuring.begun;
@@ -116,9 +118,9 @@ std::optional<Drag::Kind> press_measure(const ToolEvent& at) {
         begun.empty() ? std::nullopt : pixel_of(state, subject.grid, panel, begun.front());
     const bool closes = first && glm::distance(*first, state.pointer_px) <= kMeasureHandle_px;
     if (begun.size() >= 3 && (at.twice || closes))
-        finish(measuring);
+        finish(state);
     else if (!at.twice)
-        add_point(measuring, point);
+        add_point(state, point);
     return Drag::Kind::tool;
 }
 
@@ -128,7 +130,7 @@ void drag_measure(const ToolEvent& at) {
     Measuring& measuring = state.measuring;
     if (!measuring.held || !measuring.selected)
         return;
-    Measure& measure = measuring.measures[*measuring.selected];
+    Measure& measure = state.notes.measures[*measuring.selected];
     glm::dvec3& point = measure.points_mm[*measuring.held];
     const bool is_sphere = measure.kind == MeasureKind::sphere;
     std::optional<glm::dvec3> to;
@@ -165,7 +167,7 @@ void release_measure(const ToolEvent& at) {
     const bool in_one_drag = measuring.begun.size() == 1 && points_needed(measuring.kind) == 2 &&
                              glm::distance(state.pointer_px, state.pressed_px) > kOneDrag_px;
     if (in_one_drag)
-        add_point(measuring, at.point_mm());
+        add_point(state, at.point_mm());
 }
 
 void click_measure(const ToolEvent& at) {
@@ -173,7 +175,7 @@ void click_measure(const ToolEvent& at) {
     if (state.measuring.kind == MeasureKind::polygon) // is drawn in slices
         return;
     if (const auto seen = seen_under(state, at.subject, at.panel))
-        add_point(state.measuring, *seen);
+        add_point(state, *seen);
 }
 
 bool cancel_measure(ViewState& state) {
@@ -196,13 +198,13 @@ bool use_measure_key(Outcome& next, const Event& event, const Subject&) {
     Measuring& measuring = next.state.measuring;
     const std::string& key = event.key;
     if ((key == "delete" || key == "backspace") && measuring.selected) {
-        measuring.measures.erase(measuring.measures.begin() +
-                                 static_cast<ptrdiff_t>(*measuring.selected));
+        auto& measures = next.state.notes.measures;
+        measures.erase(measures.begin() + static_cast<ptrdiff_t>(*measuring.selected));
         measuring.selected.reset();
         return true;
     }
     if (key == "enter" && measuring.kind == MeasureKind::polygon && measuring.begun.size() >= 3) {
-        finish(measuring);
+        finish(next.state);
         return true;
     }
     return false;

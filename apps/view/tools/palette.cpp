@@ -86,9 +86,9 @@ std::vector<Widget3d> palette_of(const ViewState& state) {
     for (const TipShape shape : kTipShapes)
         palette.back().rows.emplace_back(name_of(shape));
     const double aside_mm = -left_mm - height_mm * (kFromLeft + 0.5 * kWidth);
-    for (size_t i = 0; i < state.clipping.planes.size(); ++i)
+    for (size_t i = 0; i < state.notes.clip_planes.size(); ++i)
         for (const double side : {1.0, -1.0}) {
-            const ClipPlane& plane = state.clipping.planes[i];
+            const ClipPlane& plane = state.notes.clip_planes[i];
             const glm::dvec3 n = plane.normal, target = state.camera.target_mm;
             const auto within = [&](glm::dvec3 v) { return v - glm::dot(v, n) * n; };
             glm::dvec3 aside = within(view.right); // opposite of the column
@@ -139,8 +139,8 @@ bool press_widget(ViewState& state, const Widget3d& widget, const haptics::Plate
     }
     if (widget.kind == Widget3d::Kind::plane) { // it goes on until it is pressed no deeper
         const double by_mm = touched.depth_mm - kPressed * widget.plate.travel_mm;
-        if (by_mm > 0.0 && widget.number < state.clipping.planes.size())
-            state.clipping.planes[widget.number].point_mm -=
+        if (by_mm > 0.0 && widget.number < state.notes.clip_planes.size())
+            state.notes.clip_planes[widget.number].point_mm -=
                 by_mm * (widget.plate.top.rotation * glm::dvec3(0.0, 0.0, 1.0));
         return false;
     }

@@ -20,6 +20,7 @@
 #include "apps/view/window/slice_view.h"
 #include "apps/view/window/stereo_view.h"
 #include "engine/scene/scene.h"
+#include "engine/session/notes.h"
 
 namespace palpate::view {
 
@@ -88,6 +89,7 @@ struct Leaving {
 
 // All that a person can change about how a document is seen, and what the hand is doing. A value.
 struct ViewState {
+    Notes notes; // of the document, as a person is changing them (document/notes_link.h)
     glm::uvec2 size_px{1280, 800};
     double text_scale = 1.0;
     Layout layout = Layout::four;
@@ -127,7 +129,6 @@ struct ViewState {
     double label_opacity = 0.4;
     SeenAs seen_as = SeenAs::rays; // of the volume in 3D
     Stylus stylus;
-    std::vector<uint16_t> locked_labels; // that keep their samples; ascending
 
     Tab tab = Tab::view;
     TransferEditing transfer;

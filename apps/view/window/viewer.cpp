@@ -157,6 +157,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     leave_when_saved();
     if (const std::string made = work_->take_new_project(); !made.empty() && options_.recent)
         interface_->set_recent(options_.recent(made));
+    work_->follow_notes(state_, state_.drag || state_.stylus.buttons != 0 || interface_->is_busy());
     work_->watch(state_);
     follow_previews();
     const Settings before{state_.light, state_.text_scale};

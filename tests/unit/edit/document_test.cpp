@@ -27,8 +27,17 @@ Volume random_volume(Random& random) {
                               : random_greys(random, grid, ScalarType::f32);
 }
 
-// Another document: volumes come, go, change, and are replaced by those of other grids.
+// Another page of notes: it comes, goes or changes.
+NotePages::Texts random_note(Random& random) {
+    const int text = pick(random, 0, 3);
+    return {{fmt::format("page{}", pick(random, 0, 2)),
+             text == 0 ? "" : fmt::format("[\"{}\\n\u00e4\"]", text)}};
+}
+
+// Another document: volumes come, go, change, and are replaced by those of other grids; and notes.
 Document random_change(Random& random, Document now) {
+    if (pick(random, 0, 2) == 0)
+        now.notes = now.notes.with(random_note(random));
     for (int n = pick(random, 0, 3); n > 0; --n) {
         const auto at = static_cast<size_t>(pick(random, 0, int(now.volumes.size()) - 1));
         NamedVolume& volume = now.volumes[at];
@@ -100,8 +109,9 @@ TEST(DocumentSteps, LeadBackAndForthToTheByte) {
 TEST(DocumentSteps, DamagedOnesAreRefused) {
     Random random(3);
     const Document before(random_volume(random));
-    const Document after = with_volume(random_change(random, before),
-                                       {"new", VolumeKind::labels, random_volume(random)});
+    Document after = with_volume(random_change(random, before),
+                                 {"new", VolumeKind::labels, random_volume(random)});
+    after.notes = NotePages().with({{"measures", "[1]"}});
     const std::string packed = pack_step(step_between(before, after));
     for (size_t i = 0; i < packed.size(); i += 1 + packed.size() / 400) {
         EXPECT_FALSE(apply_packed_step(before, packed.substr(0, i), false));
@@ -164,7 +174,7 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
             past.push_back(state);
         };
         for (int i = 0; i < 40; ++i) {
-            const int what = pick(random, 0, 9);
+            const int what = pick(random, 0, 11);
             if (what < 4) { // a stroke on one of the two, the labels perhaps by the values
                 const bool labels = pick(random, 0, 1);
                 Operation op =
@@ -184,10 +194,19 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
                 editor.settle();
                 ASSERT_EQ(reader.pin()->refusal, "");
                 done(all_of(reader.pin()->document));
-            } else if (what < 6) { // a filter's result, of a grid of its own
+            } else if (what >= 10) { // notes; those that stay what they are make no step
+                const NotePages before = reader.pin()->document.notes;
+                const NotePages::Texts pages = random_note(random);
+                editor.note(pages, "note");
+                editor.settle();
+                ASSERT_EQ(reader.pin()->refusal, "");
+                if (before.with(pages) != before)
+                    done(all_of(reader.pin()->document));
+            } else if (what < 6) { // a filter's result, of a grid of its own, perhaps with notes
                 editor.put({fmt::format("v{}", pick(random, 0, 2)), VolumeKind::other,
                             random_volume(random)},
-                           "median", {{"radius_mm", 2.0}});
+                           "median", {{"radius_mm", 2.0}},
+                           pick(random, 0, 1) ? random_note(random) : NotePages::Texts());
                 editor.settle();
                 ASSERT_EQ(reader.pin()->refusal, "");
                 done(all_of(reader.pin()->document));
@@ -219,6 +238,32 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
                 << seed << " " << i;
         }
     }
+}
+
+// A note that is no step is there after undo and redo of those before it, and in the journal.
+TEST_F(JournalledDocument, KeepsNotesThatAreNoSteps) {
+    Random random(5);
+    const Document first(random_volume(random));
+    const Saved saved{first, "j"};
+    Editor editor(first, {.journal = *Journal::create(file("j"), {.save = 1}), .threaded = false});
+    auto reader = editor.add_reader();
+    editor.note({{"names", "[1]"}}, "name");
+    editor.note({{"names", "[2]"}}, "name");
+    editor.undo();
+    editor.note({{"window", "[0,1]"}}, "window", false);
+    editor.settle();
+    EXPECT_EQ(reader.pin()->undo_steps, 1u);
+    EXPECT_EQ(reader.pin()->redo_steps, 1u);
+    editor.redo();
+    editor.settle();
+    const NotePages both({{"names", "[2]"}, {"window", "[0,1]"}});
+    EXPECT_EQ(reader.pin()->document.notes, both);
+    EXPECT_EQ(replayed(saved, file("j")).notes, both);
+    editor.undo();
+    editor.undo();
+    editor.settle();
+    EXPECT_EQ(reader.pin()->document.notes, NotePages().with({{"window", "[0,1]"}}));
+    EXPECT_EQ(all_of(replayed(saved, file("j"))), all_of(reader.pin()->document));
 }
 
 // An editor that goes on from a journal has its steps, too.

@@ -15,22 +15,18 @@ namespace {
 
 using testing::HasSubstr;
 
-// The text of one note alone, and of all of them, gives the same notes again.
-TEST(KeptNotes, ComeBackFromTheirText) {
-    std::vector<Kept> all(6);
-    all[0].measures = {{MeasureKind::ruler, {{1, 2, 3}, {4, 5, 6.5}}, "width"}};
-    all[1].label_names = {{7, "liver", glm::dvec3(0.5, 0.25, 1.0)}, {9, "spleen", {}}};
-    all[2].locked_labels = {2, 65535};
-    all[3].crosshair_mm = glm::dvec3(-1.5, 0.0, 1e6);
-    all[4].tool_radius_mm = 3.25;
-    all[5].tool_label = 300;
-    all.push_back({all[0].measures, all[1].label_names, all[2].locked_labels, all[3].crosshair_mm,
-                   all[4].tool_radius_mm, all[5].tool_label});
+// The text of one alone, and of all of them, gives the same again.
+TEST(Kept, ComesBackFromItsText) {
+    std::vector<Kept> all(3);
+    all[0].crosshair_mm = glm::dvec3(-1.5, 0.0, 1e6);
+    all[1].tool_radius_mm = 3.25;
+    all[2].tool_label = 300;
+    all.push_back({all[0].crosshair_mm, all[1].tool_radius_mm, all[2].tool_label});
     for (const Kept& kept : all) {
         const std::string text = json_line(kept_json(kept));
-        const Result<Json> json = parse_json(text, "notes");
+        const Result<Json> json = parse_json(text, "kept");
         ASSERT_TRUE(json) << text;
-        JsonErrors errors{"notes", {}};
+        JsonErrors errors{"kept", {}};
         EXPECT_EQ(read_kept(JsonValue(*json, "", errors)), kept) << text;
         EXPECT_FALSE(errors.first) << text;
         EXPECT_NE(kept, Kept());

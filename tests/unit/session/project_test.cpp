@@ -125,7 +125,7 @@ TEST_F(ProjectTest, KeepsWhatAnUnchangedVolumeLiesInAndFilesOfOthers) {
         session.feel(softer);
         ASSERT_TRUE(opened->project.save(session));
     }
-    EXPECT_EQ(files(), (std::set<std::string>{"project.json", "journal-2", "head-2.pbv",
+    EXPECT_EQ(files(), (std::set<std::string>{"project.json", "journal-2", "steps-2", "head-2.pbv",
                                               "organs-1.pbv", "notes.txt", "scan-1.pbv"}));
     EXPECT_EQ(fs::last_write_time(file("p/organs-1.pbv")), before);
     EXPECT_EQ(Project::open(file("p"))->setup.parameters.stiffness_n_per_m, 55.0);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/edit/stroke.h"
+#include "engine/session/notes.h"
 #include "engine/session/session.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
@@ -59,6 +60,26 @@ inline void stroke(Session& session, int n, std::optional<double> surface_value 
     ASSERT_EQ(session.take_refusal(), "");
 }
 
+// The notes after the n-th thing: something of each kind but bounds.
+inline NotePages::Texts notes_of_act(int n) {
+    Notes notes;
+    notes.measures = {{MeasureKind::ruler, {{1, 2, 3}, {4, 5, 6.5 + n}}, fmt::format("r{}", n)}};
+    notes.label_names = {{uint32_t(1 + n), "liver", glm::dvec3(0.5, 0.25, 1.0)}};
+    notes.label_styles = {{uint32_t(2 + n), {{0.1, 0.2, 0.3}, n % 2 == 0}}};
+    notes.locked_labels = {uint16_t(1 + n)};
+    notes.clip_planes = {{{double(n), 2, 3}, {0, 0, 1}}};
+    NotePages::Texts pages = pages_of(notes).texts();
+    pages.erase("bound");
+    pages.erase("window");
+    return pages;
+}
+
+inline NotePages::Texts bound_of_act(int n) {
+    Notes notes;
+    notes.bound = {"fast-marching", "0123456789abcdef", 0.1 * n};
+    return {{"bound", pages_of(notes).texts().at("bound")}};
+}
+
 // The n-th thing a person does; each is one step.
 inline void act(Session& session, int n) {
     const Document now = session.state().document;
@@ -72,12 +93,15 @@ inline void act(Session& session, int n) {
                 break;
             }
             [[fallthrough]];
-        case 5: // a filter's result, which may have a grid of its own
+        case 5: // a filter's result, which may have a grid of its own, and a bound
             ASSERT_TRUE(session.put(
                 {"result", VolumeKind::other,
                  make_volume(make_grid({20, 20, uint32_t(10 + n % 5)}, {1, 1, 1}), ScalarType::f32,
                              [n](glm::uvec3 i) { return 0.1 * i.x * n; })},
-                "gaussian", Json{{"sigma_mm", 0.1 * n}}));
+                "gaussian", Json{{"sigma_mm", 0.1 * n}}, bound_of_act(n)));
+            break;
+        case 6: // planes, locks, names, looks and measures
+            ASSERT_TRUE(session.note(notes_of_act(n), "notes"));
             break;
         default:
             stroke(session, n);
