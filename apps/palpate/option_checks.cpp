@@ -20,30 +20,29 @@ std::optional<double> finite(const std::string& text) {
     return value;
 }
 
-template <class Holds>
-CLI::Validator number(const std::string& words, Holds holds) {
+} // namespace
+
+CLI::Validator number_where(const std::string& expected, std::function<bool(double)> holds) {
     return CLI::Validator(
-        [words, holds](const std::string& text) {
+        [expected, holds = std::move(holds)](const std::string& text) {
             const std::optional<double> value = finite(text);
             return value && holds(*value) ? std::string()
-                                          : fmt::format("expected {}, found '{}'", words, text);
+                                          : fmt::format("expected {}, found '{}'", expected, text);
         },
         "");
 }
 
-} // namespace
-
 CLI::Validator positive() {
-    return number("a number above 0", [](double v) { return v > 0.0; });
+    return number_where("a number above 0", [](double v) { return v > 0.0; });
 }
 
 CLI::Validator non_negative() {
-    return number("a number of 0 or above", [](double v) { return v >= 0.0; });
+    return number_where("a number of 0 or above", [](double v) { return v >= 0.0; });
 }
 
 CLI::Validator within(double least, double most) {
-    return number(fmt::format("a number from {:g} to {:g}", least, most),
-                  [least, most](double v) { return v >= least && v <= most; });
+    return number_where(fmt::format("a number from {:g} to {:g}", least, most),
+                        [least, most](double v) { return v >= least && v <= most; });
 }
 
 CLI::Validator one_of(const std::vector<std::string>& names) {
@@ -67,7 +66,7 @@ CLI::Validator device_name() {
 }
 
 void refuse_not_finite(CLI::App& app) {
-    const CLI::Validator any = number("a finite number", [](double) { return true; });
+    const CLI::Validator any = number_where("a finite number", [](double) { return true; });
     for (CLI::Option* option : app.get_options())
         if (option->get_type_name().starts_with("FLOAT"))
             option->check(any);
@@ -85,7 +84,7 @@ void refuse_where_wrong(CLI::App& app, std::function<Result<void>()> check) {
 void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
     std::string idle;
     for (const IdleOptions& some : all)
-        for (const char* name : some.options)
+        for (const std::string& name : some.options)
             if (const CLI::Option* option = app.get_option_no_throw(name);
                 option && some.are_idle && option->count() > 0)
                 idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", name, some.why);

@@ -16,6 +16,7 @@ namespace palpate {
 CLI::Validator positive();     // above 0
 CLI::Validator non_negative(); // 0 or above
 CLI::Validator within(double least, double most);
+CLI::Validator number_where(const std::string& expected, std::function<bool(double)> holds);
 
 // Lets no option of `app` or its sub-commands that holds a floating-point number take one that is
 // not finite.
@@ -64,8 +65,8 @@ CLI::Validator device_name();
 // that were given, and why: "--slab (without --slice)". Python has some of them alone.
 struct IdleOptions {
     bool are_idle = false;
-    std::vector<const char*> options{};
-    const char* why = "";
+    std::vector<std::string> options{};
+    std::string why{};
 };
 void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all);
 

@@ -13,6 +13,7 @@
 #include "apps/palpate/project_input.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
+#include "apps/palpate/setting_options.h"
 #include "apps/palpate/touch_guide.h"
 #include "apps/palpate/touch_live.h"
 #include "apps/palpate/touch_options.h"
@@ -91,29 +92,17 @@ Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& 
     } else if (is_scene_file(o.scene)) {
         PALPATE_TRY(own, touch_of_scene_file(o.scene, default_iso(scene)));
     }
-    TouchParameters p = own.value_or(TouchParameters());
-    const auto set = [&](const char* option, auto& member, auto value) {
-        if (!own || app.count(option) > 0)
-            member = value;
-    };
-    set("--iso", p.iso, std::isnan(o.iso) ? default_iso(scene) : o.iso);
-    if (scene.inverted && !own && std::isnan(o.iso))
+    TouchParameters p = own.value_or(o.parameters);
+    if (own)
+        take_given<TouchParameters>(app, o.parameters, p, haptics::kTouchSettings);
+    else if (app.count("--iso") == 0)
+        p.iso = default_iso(scene);
+    if (scene.inverted && !own && app.count("--iso") == 0)
         log::warning(
             "{}: its bright parts are small values (MONOCHROME1), which feel like air: solid are "
             "values from --iso {:g} on; to feel the bright parts, touch the negative (palpate "
             "filter {} --expression '0 - a' -o negative.nrrd)",
             o.scene, p.iso, o.scene);
-    set("--radius", p.tool_radius_mm, o.radius_mm);
-    set("--samples", p.tool_samples, o.samples);
-    set("--stiffness", p.stiffness_n_per_m, o.stiffness);
-    set("--damping", p.damping_n_s_per_m, o.damping);
-    set("--friction", p.friction_static, o.friction[0]);
-    set("--friction", p.friction_dynamic, o.friction.size() > 1 ? o.friction[1] : o.friction[0]);
-    set("--yield", p.yield_n, o.yield_n);
-    set("--viscosity", p.viscosity_n_s_per_m, o.viscosity);
-    set("--drill-threshold", p.drill_threshold_mm, o.drill_threshold_mm);
-    set("--vibration", p.vibration_n, o.vibration_n);
-    set("--surface-delay", p.surface_delay_s, o.surface_delay_s);
     return p;
 }
 
@@ -176,10 +165,10 @@ Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::st
 
 // Checks the options whatever the scene.
 Result<void> check_together(const TouchOptions& o) {
-    if (o.friction.size() > 1 && o.friction[1] > o.friction[0])
+    if (o.parameters.friction_dynamic > o.parameters.friction_static)
         return fail(
             "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
-            o.friction[0], o.friction[1]);
+            o.parameters.friction_static, o.parameters.friction_dynamic);
     PALPATE_TRY(check_together(o.motion));
     if (const Result<haptics::DeviceEntry> device = haptics::find_device(o.device);
         device && !device->node.empty() && !o.motion.live)
@@ -246,10 +235,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
                         .algorithm = *algorithm,
                         .path = path,
                         .device = *device,
-                        .hand = o.hand,
-                        .rate_hz = o.rate_hz,
-                        .scale = o.scale,
-                        .delay_ticks = o.delay,
+                        .settings = o.run,
                         .real_time = o.real_time};
     const double live_s = app.count("--duration") > 0 ? o.motion.shape.duration_s : kLive_s;
     Result<TouchRun> run =
@@ -295,67 +281,8 @@ Command add_touch(CLI::App& app) {
                    "Device by its name or number among those of `palpate devices`")
         ->check(device_name())
         ->capture_default_str();
-    using Most = haptics::MostTouch;
-    app.add_option("--iso", o->iso,
-                   "Values at or above it are solid, in the volume's units (default: 300 HU for "
-                   "CT, else half of the range)")
-        ->check(within(-Most::value, Most::value));
-    app.add_option("--radius", o->radius_mm,
-                   "Tool radius of swept-tool, vidholm-2004 and eriksson-2006, mm; 0 is a point")
-        ->check(within(0.0, Most::radius_mm))
-        ->capture_default_str();
-    app.add_option("--samples", o->samples,
-                   "Samples of the point shell of swept-tool and vidholm-2004")
-        ->check(CLI::Range(1u, Most::samples))
-        ->capture_default_str();
-    app.add_option("--stiffness", o->stiffness, "N/m")
-        ->check(within(0.0, Most::stiffness_n_per_m))
-        ->capture_default_str();
-    app.add_option("--damping", o->damping, "N s/m")
-        ->check(within(0.0, Most::damping_n_s_per_m))
-        ->capture_default_str();
-    app.add_option("--friction", o->friction,
-                   "Coulomb coefficients: static, or static,dynamic (default 0)")
-        ->delimiter(',')
-        ->expected(1, 2)
-        ->check(within(0.0, Most::friction));
-    app.add_option("--yield", o->yield_n,
-                   "T0, the force above which material yields, N; 0 is never, also where a print's "
-                   "rule would make it no resistance")
-        ->check(within(0.0, Most::force_n))
-        ->capture_default_str();
-    app.add_option(
-           "--drill-threshold", o->drill_threshold_mm,
-           "Of drill-three-step: distance from the surface to the hand above which material "
-           "is removed, mm")
-        ->check(within(0.0, Most::drill_mm))
-        ->capture_default_str();
-    app.add_option("--vibration", o->vibration_n,
-                   "Amplitude of the vibration, N; it follows how much material the tool removes a "
-                   "second and how hard that is")
-        ->check(within(0.0, Most::force_n))
-        ->capture_default_str();
-    app.add_option("--surface-delay", o->surface_delay_s,
-                   "Of koerner-1999: time until another thread has made the local surface, s")
-        ->check(within(0.0, Most::delay_s))
-        ->capture_default_str();
-    app.add_option("--viscosity", o->viscosity, "N s/m")
-        ->check(within(0.0, Most::damping_n_s_per_m))
-        ->capture_default_str();
-    app.add_option("--rate", o->rate_hz, "Ticks a second, Hz")
-        ->check(CLI::Range(100.0, 20000.0))
-        ->capture_default_str();
-    app.add_option(
-           "--scale", o->scale,
-           "Scale, mm of the world per mm of the device; 0: as large as the path needs, at least 1")
-        ->check(non_negative())
-        ->capture_default_str();
-    app.add_option("--delay", o->delay, "Delay of the simulated device, ticks")
-        ->check(CLI::Range(0, 2))
-        ->capture_default_str();
-    app.add_option("--grip", o->hand.grip, "Grip of the hand: 0 no hand, 1 relaxed, 3 firm")
-        ->check(non_negative())
-        ->capture_default_str();
+    add_settings<TouchParameters>(app, o->parameters, haptics::kTouchSettings);
+    add_settings<TouchRunSettings>(app, o->run, kRunSettings);
     add_feel_options(app, o->feel);
     app.add_flag("--real-time", o->real_time,
                  "Run on the wall clock, in a real-time thread if permitted");

@@ -67,9 +67,9 @@ Result<std::unique_ptr<HapticDevice>> open_live(const Live& live) {
     PALPATE_TRY(std::unique_ptr<HapticDevice> device,
                 open_device(entry, {.path = live.setup.path,
                                     .workspace = live.workspace,
-                                    .hand = live.setup.hand,
-                                    .delay_ticks = live.setup.delay_ticks,
-                                    .rate_hz = live.setup.rate_hz,
+                                    .hand = {.grip = live.setup.settings.grip},
+                                    .delay_ticks = live.setup.settings.delay_ticks,
+                                    .rate_hz = live.setup.settings.rate_hz,
                                     .start_ns = monotonic_ns()}));
     if (device->capabilities().needs_homing) {
         PALPATE_TRY(device->home());
@@ -136,11 +136,12 @@ Result<TouchRun> run_touch_live(TouchRunSetup setup, const Grid& grid, double du
                                 std::stop_token stop, const std::function<void(double)>& progress) {
     constexpr double kBytes = sizeof(ServoTick) + sizeof(DeviceRecord) + 1024;
     // A device that sets the pace may tick up to twice as often (pace.h).
-    const double most = 2.0 * duration_s * setup.rate_hz;
+    const double most = 2.0 * duration_s * setup.settings.rate_hz;
     PALPATE_TRY(expect_memory(
-        fmt::format("--duration: {:g} s at {:g} Hz", duration_s, setup.rate_hz), most * kBytes));
-    const double scale =
-        setup.scale > 0.0 ? setup.scale : scale_for(grid, setup.device.capabilities);
+        fmt::format("--duration: {:g} s at {:g} Hz", duration_s, setup.settings.rate_hz),
+        most * kBytes));
+    const double scale = setup.settings.scale > 0.0 ? setup.settings.scale
+                                                    : scale_for(grid, setup.device.capabilities);
     log::info("{}: {:.3g} mm of the volume per mm of the hand", setup.device.name, scale);
     setup.session.edit.threaded = true;
     const std::string edited =

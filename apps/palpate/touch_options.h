@@ -1,13 +1,11 @@
 #pragma once
 
-#include <cmath>
 #include <string>
-#include <vector>
 
 #include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_path.h"
+#include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_strokes.h"
-#include "haptics/device/simulated.h"
 #include "haptics/proxy/algorithms.h"
 
 namespace palpate {
@@ -22,14 +20,9 @@ struct TouchOptions {
     std::string scene, labels, algorithm = default_touch_algorithm(), device = "falcon";
     std::string report, page, record, sound, output;
     PathOptions motion;
-    double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
-    double drill_threshold_mm = haptics::TouchParameters().drill_threshold_mm;
-    double vibration_n = 0, surface_delay_s = haptics::TouchParameters().surface_delay_s;
-    std::vector<double> friction{0.0};
-    uint32_t samples = 340, delay = 0;
-    double rate_hz = 1000, scale = 0;
+    haptics::TouchParameters parameters;
+    TouchRunSettings run;
     FeelOptions feel;
-    haptics::HandModel hand;
     bool real_time = false, keep_journal = false;
 };
 

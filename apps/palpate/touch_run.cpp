@@ -102,26 +102,28 @@ void listen(TouchRun& run, const Session& session, int64_t now_ns) {
 Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                 const std::function<void(double share)>& progress) {
     const HandPath path = with_lead(setup.path);
-    const Workspace workspace = workspace_around(path, setup.device.capabilities, setup.scale);
-    if (setup.scale == 0.0 && workspace.scale() > 1.0)
+    const Workspace workspace =
+        workspace_around(path, setup.device.capabilities, setup.settings.scale);
+    if (setup.settings.scale == 0.0 && workspace.scale() > 1.0)
         log::info(
             "the path needs a scale of {:.3g} mm of the world per mm of the device; a "
             "stiffness of k feels like {:.3g} k",
             workspace.scale(), workspace.scale());
-    const auto period_ns = std::llround(1e9 / setup.rate_hz);
+    const auto period_ns = std::llround(1e9 / setup.settings.rate_hz);
     // All ticks are kept, and as text in the end; the device may have the path as well.
     constexpr double kBytes = sizeof(ServoTick) + 2 * sizeof(DeviceRecord) + 1024;
-    const double needed = path.end_s() * setup.rate_hz * kBytes;
+    const double needed = path.end_s() * setup.settings.rate_hz * kBytes;
     PALPATE_TRY(expect_memory(
-        fmt::format("a path of {:g} s at {:g} Hz", path.end_s() - kLead_s, setup.rate_hz), needed));
-    const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
+        fmt::format("a path of {:g} s at {:g} Hz", path.end_s() - kLead_s, setup.settings.rate_hz),
+        needed));
+    const auto count = static_cast<size_t>(path.end_s() * setup.settings.rate_hz) + 1;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;
     PALPATE_TRY(const std::unique_ptr<HapticDevice> device,
                 open_device(setup.device, {.path = path,
                                            .workspace = workspace,
-                                           .hand = setup.hand,
-                                           .delay_ticks = setup.delay_ticks,
-                                           .rate_hz = setup.rate_hz,
+                                           .hand = {.grip = setup.settings.grip},
+                                           .delay_ticks = setup.settings.delay_ticks,
+                                           .rate_hz = setup.settings.rate_hz,
                                            .start_ns = begin_ns}));
     RecordingDevice recorder(*device, setup.real_time ? count + 16 : 16);
     setup.session.edit.threaded = setup.real_time;

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/setting.h"
 #include "engine/session/session.h"
 #include "haptics/device/recorded.h"
 #include "haptics/device/registry.h"
@@ -15,7 +16,28 @@
 
 namespace palpate {
 
-// The run of `palpate touch`.
+// How a run of `palpate touch` goes.
+struct TouchRunSettings {
+    double rate_hz = 1000.0;
+    double scale = 0.0; // 0: what the path needs
+    uint32_t delay_ticks = 0;
+    double grip = 1.0;
+};
+
+// clang-format off
+inline constexpr Setting<TouchRunSettings> kRunSettings[] = {
+    {"rate_hz", &TouchRunSettings::rate_hz, 100, 20000, "Hz", "Ticks a second",
+     {.option = "rate"}},
+    {"scale", &TouchRunSettings::scale, 0, 1e6, "",
+     "Scale, mm of the world per mm of the device; 0: as large as the path needs, at least 1",
+     {.option = "scale"}},
+    {"delay_ticks", &TouchRunSettings::delay_ticks, 0, haptics::DevicePlant::kMostDelayTicks,
+     "ticks", "Delay of the simulated device", {.option = "delay"}},
+    {"grip", &TouchRunSettings::grip, 0, 1000, "", "Grip of the hand: 0 no hand, 1 relaxed, 3 firm",
+     {.option = "grip"}},
+};
+// clang-format on
+
 struct TouchRunSetup {
     SessionSetup session;
     std::optional<EditSetup> edit;        // while button 0 is pressed
@@ -23,16 +45,13 @@ struct TouchRunSetup {
     const haptics::AlgorithmEntry& algorithm;
     haptics::HandPath path;
     haptics::DeviceEntry device;
-    haptics::HandModel hand;
-    double rate_hz = 1000.0;
-    double scale = 0.0; // 0: what the path needs
-    uint32_t delay_ticks = 0;
+    TouchRunSettings settings;
     bool real_time = false;
 };
 
 // Button 1 is the second one where it does something.
 inline haptics::Servo::Options servo_options(const TouchRunSetup& setup) {
-    haptics::Servo::Options options{.rate_hz = setup.rate_hz};
+    haptics::Servo::Options options{.rate_hz = setup.settings.rate_hz};
     if (setup.second_edit)
         options.second_button = 1;
     return options;

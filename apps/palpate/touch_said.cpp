@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/palpate/option_checks.h"
+#include "apps/palpate/setting_options.h"
 #include "engine/base/log.h"
 #include "engine/volume/changes.h"
 
@@ -14,12 +14,14 @@ namespace {
 // How far apart the samples of a ball lie: what is smaller passes between them.
 std::string sample_gap_text(const TouchOptions& o) {
     constexpr double kSphere = 12.566370614359172; // area over radius^2
-    if (o.radius_mm == 0.0 || !(o.algorithm == "swept-tool" || o.algorithm == "vidholm-2004"))
+    if (o.parameters.tool_radius_mm == 0.0 ||
+        !(o.algorithm == "swept-tool" || o.algorithm == "vidholm-2004"))
         return {};
     return fmt::format(
         "; the {} --samples of a --radius of {:g} mm lie about {:.2g} mm apart, and "
         "what is smaller may pass between them",
-        o.samples, o.radius_mm, o.radius_mm * std::sqrt(kSphere / o.samples));
+        o.parameters.tool_samples, o.parameters.tool_radius_mm,
+        o.parameters.tool_radius_mm * std::sqrt(kSphere / o.parameters.tool_samples));
 }
 
 } // namespace
@@ -30,50 +32,36 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o,
     const std::string_view name = algorithm.name;
     const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
                has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
-    const IdleOptions idle[] = {
-        {o.motion.live, {"--real-time"}, "--live runs on the wall clock"},
-        {!is_sphere && !name.starts_with("eriksson-2006"),
-         {"--radius"},
-         "of swept-tool, vidholm-2004 and eriksson-2006"},
-        {!is_sphere, {"--samples"}, "of swept-tool and vidholm-2004"},
-        {!name.starts_with("wish-2008-"), {"--transfer", "--transfer-across"}, "of wish-2008-*"},
-        {name != "wish-2008-vector", {"--field"}, "of wish-2008-vector"},
-        {!has_window, {"--opacity"}, "of koerner-1999, swept-local and swept-mesh"},
-        {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
-        {!is_tool, {"--felt-tool"}, "of swept-tool"},
-        {!edits(o), {"--tool"}, "without --edit and --drill"},
-        {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
-        {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
-        {!o.motion.trajectory.empty() && !drills_by_itself(o),
-         {"--edit", "--drill"},
-         "a trajectory presses no button"},
-        {!drills_by_itself(o), {"--drill-threshold"}, "of drill-three-step"},
-        {name == "none",
-         {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source",
-          "--vibration"},
-         "with --algorithm none"},
-        {name != "none" && !name.starts_with("swept-"), {"--viscosity"}, "of swept-*"},
-        {name != "none" && !name.starts_with("swept-") && !name.starts_with("eriksson-2006"),
-         {"--vibration"},
-         "of swept-* and eriksson-2006"},
-        {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
-        {!edits(o), {"--sound"}, "nothing is removed without an edit"},
-        {name != "koerner-1999", {"--surface-delay"}, "of koerner-1999"},
-        {name != "none" && !name.starts_with("swept-") && !algorithm.is_guide &&
-             name != "vidholm-2004",
-         {"--yield"},
-         "of swept-*, guide-* and vidholm-2004; --transfer is the T0 of wish-2008-*"},
-        {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
-        {algorithm.is_guide, {"--iso", "--source", "--friction", "--label-feel"}, "with --guide"},
-        {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
-        {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
-        {is_sphere && o.feel.felt_tool.empty() && o.radius_mm == 0.0,
-         {"--samples"},
-         "a --radius of 0 is a point"},
-        {!o.feel.felt_tool.empty() && is_tool, {"--radius"}, "with --felt-tool"},
-        {device.driver != std::string_view("simulated"),
-         {"--grip", "--delay"},
-         "of simulated devices"}};
+    std::vector<IdleOptions> idle =
+        idle_settings<haptics::TouchParameters>(haptics::kTouchSettings, name);
+    idle.insert(
+        idle.end(),
+        {{o.motion.live, {"--real-time"}, "--live runs on the wall clock"},
+         {!name.starts_with("wish-2008-"), {"--transfer", "--transfer-across"}, "of wish-2008-*"},
+         {name != "wish-2008-vector", {"--field"}, "of wish-2008-vector"},
+         {!has_window, {"--opacity"}, "of koerner-1999, swept-local and swept-mesh"},
+         {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
+         {!is_tool, {"--felt-tool"}, "of swept-tool"},
+         {!edits(o), {"--tool"}, "without --edit and --drill"},
+         {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
+         {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
+         {!o.motion.trajectory.empty() && !drills_by_itself(o),
+          {"--edit", "--drill"},
+          "a trajectory presses no button"},
+         {name == "none", {"--source"}, "with --algorithm none"},
+         {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
+         {!edits(o), {"--sound"}, "nothing is removed without an edit"},
+         {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
+         {algorithm.is_guide, {"--iso", "--source", "--label-feel"}, "with --guide"},
+         {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
+         {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
+         {is_sphere && o.feel.felt_tool.empty() && o.parameters.tool_radius_mm == 0.0,
+          {"--samples"},
+          "a --radius of 0 is a point"},
+         {!o.feel.felt_tool.empty() && is_tool, {"--radius"}, "with --felt-tool"},
+         {device.driver != std::string_view("simulated"),
+          {"--grip", "--delay"},
+          "of simulated devices"}});
     warn_of_idle(app, idle);
 }
 
@@ -106,7 +94,7 @@ void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics:
         drills_by_itself(o)
             ? fmt::format("the hand was never deeper than --drill-threshold {:g} mm, or the "
                           "tool met nothing that it changes",
-                          o.drill_threshold_mm)
+                          o.parameters.drill_threshold_mm)
         : pressed ? "the tool met nothing that it changes"
                   : "the path presses no button 0 (its column \"button\")");
 }

@@ -117,7 +117,7 @@ bool JsonValue::take(std::string_view key, std::string& out) const {
     return value.has_value();
 }
 
-bool JsonValue::only_keys(std::initializer_list<std::string_view> keys) const {
+bool JsonValue::only_keys(const std::vector<std::string_view>& keys) const {
     if (!is(Json::Kind::object)) {
         reject("an object");
         return false;
@@ -129,7 +129,7 @@ bool JsonValue::only_keys(std::initializer_list<std::string_view> keys) const {
             if (near.empty()) {
                 hint = "known keys:";
                 for (const std::string_view key : keys)
-                    hint += fmt::format("{} {}", key == *keys.begin() ? "" : ",", key);
+                    hint += fmt::format("{} {}", key == keys.front() ? "" : ",", key);
             } else {
                 hint = fmt::format("did you mean \"{}\"?", near);
             }

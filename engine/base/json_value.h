@@ -40,7 +40,7 @@ class JsonValue {
     bool take(std::string_view key, bool& out) const;
     bool take(std::string_view key, std::string& out) const;
     // This is an object with no other keys than these; the nearest known key is suggested.
-    bool only_keys(std::initializer_list<std::string_view> keys) const;
+    bool only_keys(const std::vector<std::string_view>& keys) const;
 
     std::vector<JsonValue> items(size_t least, size_t most) const;
     double number(double low, double high) const;             // low <= value <= high

@@ -13,6 +13,7 @@
 #include "engine/base/tool_pose.h"
 #include "engine/mesh/mesh.h"
 #include "engine/volume/volume.h"
+#include "haptics/field/touch_parameters.h"
 
 // The common interface of all haptic algorithms.
 //
@@ -37,72 +38,6 @@ struct TouchScene {
     std::shared_ptr<const ToolPoints> tool;      // of swept-tool; null is a sphere
     std::shared_ptr<const TouchPlates> plates;   // that can be pressed; null: none
     uint64_t version = 0;                        // rises with every publication
-};
-
-// The part of a scene that is felt.
-enum class TouchSource : uint8_t { grey, labels };
-
-// How strong a constraint is where the grey value is I: the haptic transfer functions of Nystroem
-// et al. (WISH). Sigmoid: strength_n / (1 + exp(-(I - center) / width)); width 0 is a constant.
-// Table: straight between points of rising value, level beyond them.
-struct HapticTransfer {
-    double strength_n = 0.0; // A: the largest force
-    double center = 0.0;     // beta, in value units
-    double width = 0.0;      // alpha, in value units
-    static constexpr uint32_t kMostPoints = 8;
-    uint32_t point_count = 0; // above 0: the table, not the sigmoid
-    std::array<double, kMostPoints> values{}, forces_n{};
-
-    friend bool operator==(const HapticTransfer&, const HapticTransfer&) = default;
-};
-// Finite for every finite value.
-double strength_n(const HapticTransfer& transfer, double value);
-
-// Haptic properties of one label.
-struct LabelTouch {
-    uint32_t label = 0;
-    double stiffness_n_per_m = 500.0;
-    double friction_static = 0.0, friction_dynamic = 0.0;
-    double yield_n = 0.0;
-
-    friend bool operator==(const LabelTouch&, const LabelTouch&) = default;
-};
-
-// Parameters of touch. Each algorithm reads those that apply to it.
-struct TouchParameters {
-    static constexpr uint32_t kMostLabels = 16;
-
-    double iso = 0.5;                 // grey values at or above it are solid
-    double tool_radius_mm = 0.0;      // 0 is a point
-    uint32_t tool_samples = 340;      // of sampled tools
-    double stiffness_n_per_m = 500.0; // of the coupling between tool and proxy
-    double damping_n_s_per_m = 0.0;   // of the coupling
-    double friction_static = 0.0;     // Coulomb coefficients; 0 is frictionless
-    double friction_dynamic = 0.0;    // at most the static one
-    double yield_n = 0.0;             // T0: the force above which material yields; 0 is never
-    double viscosity_n_s_per_m = 0.0; // inside of what can be entered
-    double vibration_n = 0.0;         // amplitude at a removal of 1
-    TouchSource source = TouchSource::grey;
-    // Normals are taken from samples blurred by this many samples against noise: 1 for noise of
-    // 10 % of the contrast, 0.6 for 2 %, 0 for clean data. How wide the edge is that the surface
-    // lies in, a standard deviation in spacings of the coarsest axis, up to 1: the narrower it is,
-    // the more are they blurred without noise. See tune() in field.h.
-    double normal_blur_samples = 1.0, edge_samples = 0.0;
-    std::array<HapticTransfer, 3> transfer{}; // of the axes of the local frame, for motion rules
-    HapticTransfer opacity{};        // of local surfaces: applied to samples where it is a table
-    double surface_delay_s = 0.03;   // of a local surface that another thread makes
-    double drill_threshold_mm = 2.0; // depth at which drilling begins
-    uint32_t label_count = 0;        // of `labels`; others feel as the fields above say
-    std::array<LabelTouch, kMostLabels> labels{};
-};
-
-// Upper limits of parameters; lower limits are 0. Outside them every tick returns Contact::unknown
-// and no force.
-struct MostTouch {
-    static constexpr double radius_mm = 1e4, stiffness_n_per_m = 1e6, damping_n_s_per_m = 1e5,
-                            friction = 100.0, force_n = 1e4, value = 1e30, drill_mm = 1e4,
-                            delay_s = 10.0;
-    static constexpr uint32_t samples = 4096;
 };
 
 struct TickInput {

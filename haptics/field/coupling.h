@@ -17,17 +17,21 @@ inline bool is_place(glm::dvec3 mm) {
     return is_finite(mm) && glm::length(mm) < 1e7;
 }
 
-// Whether the parameters are finite and within MostTouch.
-inline bool is_sane(const LabelTouch& l) {
-    const auto within = [](double value, double most) { return value >= 0.0 && value <= most; };
-    return within(l.stiffness_n_per_m, MostTouch::stiffness_n_per_m) &&
-           within(l.friction_static, MostTouch::friction) &&
-           within(l.friction_dynamic, MostTouch::friction) && within(l.yield_n, MostTouch::force_n);
+// Whether the numbers are finite and within the limits of the table. Counts are not looked at: who
+// reads one bounds it.
+template <class Struct>
+bool is_within(const Struct& in, std::span<const Setting<Struct>> settings) {
+    return std::all_of(settings.begin(), settings.end(), [&](const Setting<Struct>& setting) {
+        return is_whole(setting) || allows(setting, value_of(setting, in));
+    });
+}
+
+inline bool is_sane(const LabelTouch& label) {
+    return is_within<LabelTouch>(label, kLabelSettings);
 }
 
 inline bool is_sane(const HapticTransfer& t) {
-    bool sane = std::abs(t.strength_n) <= MostTouch::force_n &&
-                std::abs(t.center) <= MostTouch::value && std::abs(t.width) <= MostTouch::value;
+    bool sane = is_within<HapticTransfer>(t, kTransferSettings);
     for (uint32_t i = 0; i < std::min(t.point_count, HapticTransfer::kMostPoints); ++i)
         sane = sane && std::abs(t.forces_n[i]) <= MostTouch::force_n &&
                std::abs(t.values[i]) <= MostTouch::value;
@@ -35,17 +39,7 @@ inline bool is_sane(const HapticTransfer& t) {
 }
 
 inline bool is_sane(const TouchParameters& p) {
-    using Most = MostTouch;
-    const auto within = [](double value, double most) { return value >= 0.0 && value <= most; };
-    bool sane = std::abs(p.iso) <= Most::value && within(p.tool_radius_mm, Most::radius_mm) &&
-                within(p.stiffness_n_per_m, Most::stiffness_n_per_m) &&
-                within(p.damping_n_s_per_m, Most::damping_n_s_per_m) &&
-                within(p.friction_static, Most::friction) &&
-                within(p.friction_dynamic, Most::friction) && within(p.yield_n, Most::force_n) &&
-                within(p.viscosity_n_s_per_m, Most::damping_n_s_per_m) &&
-                within(p.vibration_n, Most::force_n) && within(p.normal_blur_samples, 1.0) &&
-                within(p.edge_samples, 1.0) && within(p.surface_delay_s, Most::delay_s) &&
-                within(p.drill_threshold_mm, Most::drill_mm);
+    bool sane = is_within<TouchParameters>(p, kTouchSettings);
     for (const HapticTransfer& t : {p.transfer[0], p.transfer[1], p.transfer[2], p.opacity})
         sane = sane && is_sane(t);
     for (uint32_t i = 0; i < std::min(p.label_count, TouchParameters::kMostLabels); ++i)

@@ -6,21 +6,18 @@ namespace palpate::haptics {
 
 namespace {
 
-constexpr double TouchParameters::*kAmounts[] = {
-    &TouchParameters::iso,
-    &TouchParameters::tool_radius_mm,
-    &TouchParameters::stiffness_n_per_m,
-    &TouchParameters::damping_n_s_per_m,
-    &TouchParameters::friction_static,
-    &TouchParameters::friction_dynamic,
-    &TouchParameters::yield_n,
-    &TouchParameters::viscosity_n_s_per_m,
-    &TouchParameters::vibration_n,
-};
-
 bool same_amounts(const TouchParameters& a, const TouchParameters& b) {
-    return std::all_of(std::begin(kAmounts), std::end(kAmounts),
-                       [&](auto amount) { return a.*amount == b.*amount; });
+    return std::all_of(std::begin(kTouchSettings), std::end(kTouchSettings), [&](const auto& s) {
+        return s.use.slew == Slew::none || value_of(s, a) == value_of(s, b);
+    });
+}
+
+// A value on the way, at a share of it within 0 .. 1.
+double between(const Setting<TouchParameters>& setting, double from, double to, double share) {
+    if (setting.use.slew == Slew::inverse && (from == 0.0) != (to == 0.0))
+        return std::min(setting.most,
+                        from == 0.0 ? to / share : from / std::max(1e-9, 1.0 - share));
+    return from + share * (to - from);
 }
 
 } // namespace
@@ -39,15 +36,11 @@ const TouchParameters& ParameterSlew::step(const TouchParameters& target, double
     since_s_ = std::min(kWhole_s, since_s_ + dt_s);
     now_ = target;
     if (since_s_ < kWhole_s)
-        for (const auto amount : kAmounts)
-            now_.*amount = from_.*amount + since_s_ / kWhole_s * (target.*amount - from_.*amount);
-    // 0 is never, farther than any force: the way there leads through 1 / T0, what material gives.
-    if (since_s_ < kWhole_s && (from_.yield_n == 0.0) != (target.yield_n == 0.0)) {
-        const double share = since_s_ / kWhole_s;
-        now_.yield_n = from_.yield_n == 0.0 ? target.yield_n / share
-                                            : from_.yield_n / std::max(1e-9, 1.0 - share);
-        now_.yield_n = std::min(now_.yield_n, MostTouch::force_n);
-    }
+        for (const Setting<TouchParameters>& setting : kTouchSettings)
+            if (setting.use.slew != Slew::none)
+                set(setting, now_,
+                    between(setting, value_of(setting, from_), value_of(setting, target),
+                            since_s_ / kWhole_s));
     is_softened_ = false;
     const auto soften = [&](double& stiffness) {
         is_softened_ |= stiffness > most_n_per_m;

@@ -5,8 +5,8 @@
 namespace palpate::haptics {
 
 // Slews parameters in steps that a hand does not feel: from current to new values in
-// 20 ms, 5 % of the change a millisecond; T0 from or to 0, which is never, as 1 / T0. Counts,
-// switches and tables change at once.
+// 20 ms, 5 % of the change a millisecond, as the rows of kTouchSettings say. Counts, switches and
+// tables change at once.
 class ParameterSlew {
  public:
     static constexpr double kWhole_s = 0.020;

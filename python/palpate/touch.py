@@ -117,8 +117,8 @@ def touch(
     optionally a column of buttons, and four of a rotation (qw, qx, qy, qz). Force fades in before the path
     begins, so its first pose should be free. device: one of touch_devices().
 
-    Options are those of `palpate touch --help`: algorithm, iso, radius, samples, stiffness (N/m), damping,
-    friction, friction_dynamic, yield_force (N), viscosity, rate (Hz), scale, delay (ticks), grip, source
+    Options are those of `palpate touch --help` with _ for -: its settings, such as iso, stiffness (N/m), friction
+    and friction_dynamic, yield_force (N) for --yield; rate (Hz), scale, delay (ticks), grip; algorithm, source
     ("grey" or "labels"), mesh (a file), felt_tool (a shape). With button 0 pressed, `drill` (mm) cuts with
     a ball, or `tool` (a shape) does the operation `edit`; shapes and operations are dicts as in stroke files.
 

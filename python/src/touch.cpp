@@ -32,46 +32,45 @@ struct Asked {
     std::string algorithm = "swept-point";
     hp::TouchParameters parameters;
     FeelOptions feel;
-    hp::HandModel hand;
-    double rate_hz = 1000.0, scale = 0.0;
-    uint32_t delay_ticks = 0;
+    TouchRunSettings run;
     bool has_iso = false;
 };
 
+// Sets the setting of that keyword, of one that has an option; whether there is one.
+template <class Struct>
+Result<bool> take(const std::string& keyword, double value, Struct& to,
+                  std::span<const Setting<Struct>> settings) {
+    for (const Setting<Struct>& setting : settings) {
+        std::string own = *setting.use.keyword ? setting.use.keyword : setting.use.option;
+        std::replace(own.begin(), own.end(), '-', '_');
+        if (own.empty() || own != keyword)
+            continue;
+        if (!allows(setting, value))
+            return fail("{}: expected {}, found {:g}", keyword, range_text(setting), value);
+        set(setting, to, value);
+        return true;
+    }
+    return false;
+}
+
 Result<Asked> asked_for(const Numbers& numbers, const Texts& texts) {
-    using Most = hp::MostTouch;
     Asked a;
     hp::TouchParameters& p = a.parameters;
-    double samples = p.tool_samples, delay = 0.0, dynamic = -1.0;
-    struct Number {
-        const char* name;
-        double least, most;
-        double* to;
-    };
-    const Number known[] = {{"iso", -Most::value, Most::value, &p.iso},
-                            {"radius", 0, Most::radius_mm, &p.tool_radius_mm},
-                            {"samples", 1, Most::samples, &samples},
-                            {"stiffness", 0, Most::stiffness_n_per_m, &p.stiffness_n_per_m},
-                            {"damping", 0, Most::damping_n_s_per_m, &p.damping_n_s_per_m},
-                            {"friction", 0, Most::friction, &p.friction_static},
-                            {"friction_dynamic", 0, Most::friction, &dynamic},
-                            {"yield_force", 0, Most::force_n, &p.yield_n},
-                            {"viscosity", 0, Most::damping_n_s_per_m, &p.viscosity_n_s_per_m},
-                            {"drill_threshold", 0, Most::drill_mm, &p.drill_threshold_mm},
-                            {"drill", 0, Most::radius_mm, &a.feel.drill_mm},
-                            {"rate", 100, 20000, &a.rate_hz},
-                            {"scale", 0, 1e6, &a.scale},
-                            {"delay", 0, hp::DevicePlant::kMostDelayTicks, &delay},
-                            {"grip", 0, 1000, &a.hand.grip}};
     for (const auto& [name, value] : numbers) {
-        const auto entry = std::find_if(std::begin(known), std::end(known),
-                                        [&, n = name](const Number& k) { return k.name == n; });
-        if (entry == std::end(known))
+        if (name == "drill") {
+            if (!(value >= 0.0 && value <= hp::MostTouch::radius_mm))
+                return fail("drill: expected a number from 0 to {} mm, found {:g}",
+                            hp::MostTouch::radius_mm, value);
+            a.feel.drill_mm = value;
+            continue;
+        }
+        PALPATE_TRY(const bool is_felt,
+                    take<hp::TouchParameters>(name, value, p, hp::kTouchSettings));
+        if (is_felt)
+            continue;
+        PALPATE_TRY(const bool is_known, take<TouchRunSettings>(name, value, a.run, kRunSettings));
+        if (!is_known)
             return fail("{}: expected an option of touch", name);
-        if (!(value >= entry->least && value <= entry->most))
-            return fail("{}: expected {:g} .. {:g}, found {:g}", name, entry->least, entry->most,
-                        value);
-        *entry->to = value;
     }
     const std::pair<const char*, std::string*> words[] = {
         {"algorithm", &a.algorithm},
@@ -97,9 +96,8 @@ Result<Asked> asked_for(const Numbers& numbers, const Texts& texts) {
         *entry->second = value;
     }
     a.has_iso = numbers.contains("iso");
-    p.tool_samples = static_cast<uint32_t>(samples);
-    a.delay_ticks = static_cast<uint32_t>(delay);
-    p.friction_dynamic = dynamic >= 0.0 ? dynamic : p.friction_static;
+    if (!numbers.contains("friction_dynamic"))
+        p.friction_dynamic = p.friction_static;
     if (p.friction_dynamic > p.friction_static)
         return fail("friction_dynamic: expected at most friction, {:g}, found {:g}",
                     p.friction_static, p.friction_dynamic);
@@ -198,10 +196,7 @@ py::dict touched(const LoadedVolume& volume, const VolumePtr& labels, const Pose
                                .algorithm = *hp::find_algorithm(asked.algorithm),
                                .path = path,
                                .device = device,
-                               .hand = asked.hand,
-                               .rate_hz = asked.rate_hz,
-                               .scale = asked.scale,
-                               .delay_ticks = asked.delay_ticks},
+                               .settings = asked.run},
                               report.stop, report.progress);
     });
     const auto first =
@@ -263,7 +258,8 @@ class CallersServo {
     CallersServo(const LoadedVolume& volume, const VolumePtr& labels,
                  const std::array<double, 3>& center_mm, double reach_mm, double force_n,
                  const Numbers& numbers, const Texts& texts)
-        : asked_(value_of(asked_for(numbers, texts))), device_(reach_mm, force_n, asked_.rate_hz) {
+        : asked_(value_of(asked_for(numbers, texts))),
+          device_(reach_mm, force_n, asked_.run.rate_hz) {
         if (!(reach_mm > 0.0 && reach_mm <= 1e4))
             throw Failure(fmt::format("reach: expected 0 .. 10000 mm, found {:g}", reach_mm));
         if (!(force_n > 0.0 && force_n <= 1000.0))
@@ -277,9 +273,9 @@ class CallersServo {
             scenes_.emplace(std::make_unique<const hp::TouchScene>(feel.scene));
             parameters_.emplace(std::make_unique<const hp::TouchParameters>(feel.parameters));
             const hp::Workspace workspace({center_mm[0], center_mm[1], center_mm[2]},
-                                          asked_.scale > 0.0 ? asked_.scale : 1.0);
+                                          asked_.run.scale > 0.0 ? asked_.run.scale : 1.0);
             hp::Servo::Options options;
-            options.rate_hz = asked_.rate_hz;
+            options.rate_hz = asked_.run.rate_hz;
             servo_.emplace(hp::Servo::Parts{device_, *algorithm_, *scenes_, *parameters_},
                            workspace, options);
             servo_->arm();
@@ -302,7 +298,7 @@ class CallersServo {
                 throw Failure("position: expected three finite numbers");
         device_.next.velocity_m_per_s =
             has_last_ ? velocity_.add(position, double(now_ns - last_ns_) * 1e-9)
-                      : velocity_.add(position, 1.0 / asked_.rate_hz);
+                      : velocity_.add(position, 1.0 / asked_.run.rate_hz);
         device_.next.time_ns = last_ns_ = now_ns;
         device_.next.position_m = position;
         device_.next.buttons = buttons;

@@ -107,7 +107,7 @@ def test_what_cannot_be_felt_is_an_error_that_names_the_option(ball, options):
         ([], {}, "path"),
         ([(0, 0, 0, 0), (0, 0, 0, 1)], {}, "time"),
         ([(0, 0, 0, float("nan"))], {}, "places within"),
-        (press(), {"stiffness": -1}, "stiffness: expected 0"),
+        (press(), {"stiffness": -1}, "stiffness: expected a number from 0 to 1000000 N/m, found -1"),
         (press(), {"stiffness": float("nan")}, "stiffness"),
         (press(), {"sharpness": 1}, "sharpness: expected an option"),
         (press(), {"algorithm": "none of them"}, "algorithm: expected one of"),

@@ -32,36 +32,18 @@ bool choose_named(const char* id, Choice& now, const Choices& all) {
     return changed;
 }
 
-// An amount of TouchParameters, and the algorithms that read it, by the beginnings of their names.
-struct Amount {
-    const char* id;
-    double TouchParameters::*member;
-    double high;
-    const char* format;
-    std::initializer_list<std::string_view> readers;
-    // With what else than the algorithm it counts: labels that are felt have their own.
-    bool of_labels_too = true;
-};
-const Amount kAmounts[] = {
-    {"stiffness", &TouchParameters::stiffness_n_per_m, 3000.0, "%.0f N/m", {""}},
-    {"damping", &TouchParameters::damping_n_s_per_m, 20.0, "%.1f N s/m", {""}},
-    {"friction",
-     &TouchParameters::friction_dynamic,
-     1.5,
-     "%.2f",
-     {"swept-", "vidholm", "eriksson", "koerner"}},
-    {"stiction", &TouchParameters::friction_static, 1.5, "%.2f", {"swept-"}},
-    {"T0", &TouchParameters::yield_n, 8.0, "%.2f N", {"swept-", "vidholm"}},
-    {"viscosity", &TouchParameters::viscosity_n_s_per_m, 20.0, "%.1f N s/m", {"swept-"}},
-    {"vibration", &TouchParameters::vibration_n, 1.0, "%.2f N", {"swept-", "eriksson"}},
-    {"drag from", &TouchParameters::drill_threshold_mm, 10.0, "%.1f mm", {"drill"}},
-    {"delay", &TouchParameters::surface_delay_s, 0.2, "%.3f s", {"koerner"}},
-};
-
-bool reads(std::string_view algorithm, std::initializer_list<std::string_view> readers) {
-    return algorithm != "none" &&
-           std::any_of(readers.begin(), readers.end(),
-                       [&](std::string_view begin) { return algorithm.starts_with(begin); });
+// A slider of a setting, with what it does as its tooltip; whether it changed.
+bool slide(const Setting<TouchParameters>& setting, TouchParameters& parameters) {
+    const Slider& slider = setting.use.slider;
+    double value = value_of(setting, parameters);
+    const std::string format =
+        fmt::format("%.{}f{}{}", slider.decimals, *setting.unit ? " " : "", setting.unit);
+    const bool changed = view::slide(slider.label, value, 0.0, slider.most, format.c_str());
+    if (changed)
+        set(setting, parameters, value);
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", setting.help);
+    return changed;
 }
 
 } // namespace
@@ -224,14 +206,13 @@ void Interface::draw_touch_feel(Work& work) {
         note("touch/labels");
         p.source = source ? TouchSource::labels : TouchSource::grey;
     }
-    for (const Amount& amount : kAmounts)
-        if (reads(algorithm, amount.readers)) {
-            changed |= slide(amount.id, p.*amount.member, 0.0, amount.high, amount.format);
-            note(fmt::format("touch/{}", amount.id).c_str());
+    for (const Setting<TouchParameters>& setting : kTouchSettings)
+        if (setting.use.slider.label && algorithm != "none" && is_read_by(setting, algorithm)) {
+            changed |= slide(setting, p);
+            note(fmt::format("touch/{}", setting.use.slider.label).c_str());
         }
     // A static coefficient below the dynamic one has no meaning.
-    if (reads(algorithm, {"swept-"}))
-        p.friction_static = std::max(p.friction_static, p.friction_dynamic);
+    p.friction_static = std::max(p.friction_static, p.friction_dynamic);
     if (algorithm.starts_with("wish-")) {
         const Subject& subject = work.subject();
         const double low = subject.range.min, high = subject.range.max;

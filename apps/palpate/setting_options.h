@@ -1,0 +1,90 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "apps/palpate/option_checks.h"
+#include "engine/base/setting.h"
+
+// Options of the command line out of a table of settings.
+namespace palpate {
+
+// The settings from the first of `rest` on that are values of one option.
+template <class Struct>
+std::span<const Setting<Struct>> of_one_option(std::span<const Setting<Struct>> rest) {
+    size_t count = 1;
+    while (count < rest.size() &&
+           std::string_view(rest[count].use.option) == rest.front().use.option)
+        ++count;
+    return rest.first(count);
+}
+
+// `to` holds the defaults, gets what is given, and lives as long as the table and `app`.
+template <class Struct>
+void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> settings) {
+    while (!settings.empty()) {
+        const auto rows = of_one_option(settings);
+        settings = settings.subspan(rows.size());
+        const Setting<Struct>& first = rows.front();
+        if (!*first.use.option)
+            continue;
+        std::string help, remarks = first.unit;
+        for (const Setting<Struct>& row : rows)
+            help += fmt::format("{}{}", help.empty() ? "" : "; after a comma: ", row.help);
+        if (const std::string of = readers_text(rows.back()); !of.empty())
+            remarks += fmt::format("{}of {}", remarks.empty() ? "" : "; ", of);
+        if (*first.use.by_default)
+            remarks +=
+                fmt::format("{}default: {}", remarks.empty() ? "" : "; ", first.use.by_default);
+        if (!remarks.empty())
+            help += fmt::format(" ({})", remarks);
+        CLI::Option* option = app.add_option(
+            fmt::format("--{}", first.use.option),
+            [&to, rows](const CLI::results_t& words) {
+                for (size_t i = 0; i < rows.size(); ++i) {
+                    double value = 0.0;
+                    CLI::detail::lexical_cast(words[std::min(i, words.size() - 1)], value);
+                    set(rows[i], to, value);
+                }
+                return true;
+            },
+            help);
+        option->type_name(is_whole(first) ? "UINT" : "FLOAT")
+            ->expected(1, static_cast<int>(rows.size()))
+            ->check(
+                number_where(range_text(first), [&first](double v) { return allows(first, v); }));
+        if (rows.size() > 1)
+            option->delimiter(',');
+        if (!*first.use.by_default)
+            option->default_str(fmt::format("{}", value_of(first, to)));
+    }
+}
+
+// Copies the settings whose options were given.
+template <class Struct>
+void take_given(const CLI::App& app, const Struct& from, Struct& to,
+                std::span<const Setting<Struct>> settings) {
+    for (const Setting<Struct>& setting : settings)
+        if (*setting.use.option && app.count(fmt::format("--{}", setting.use.option)) > 0)
+            set(setting, to, value_of(setting, from));
+}
+
+// The options that `reader` has no use for, "none" for none of them.
+template <class Struct>
+std::vector<IdleOptions> idle_settings(std::span<const Setting<Struct>> settings,
+                                       std::string_view reader) {
+    std::vector<IdleOptions> idle;
+    while (!settings.empty()) {
+        const auto rows = of_one_option(settings);
+        settings = settings.subspan(rows.size());
+        const bool is_read = std::any_of(rows.begin(), rows.end(),
+                                         [&](const auto& row) { return is_read_by(row, reader); });
+        if (*rows.front().use.option && (reader == "none" || !is_read))
+            idle.push_back({true,
+                            {fmt::format("--{}", rows.front().use.option)},
+                            reader == "none" ? "with --algorithm none"
+                                             : fmt::format("of {}", readers_text(rows.back()))});
+    }
+    return idle;
+}
+
+} // namespace palpate
