@@ -59,6 +59,7 @@ struct TouchParameters {
     double friction_dynamic = 0.0; // at most the static one
     double yield_n = 0.0;          // 0 is never
     double viscosity_n_s_per_m = 0.0;
+    double air_drag_n_s_per_m = 0.0;
     double vibration_n = 0.0;
     TouchSource source = TouchSource::grey;
     // Standard deviations, measured by tune() in field.h: of the blur of normals against noise, and
@@ -111,6 +112,11 @@ inline constexpr Setting<TouchParameters> kTouchSettings[] = {
      "Drag inside of what can be entered",
      {.option = "viscosity", .of = {"swept-*"},
       .slew = Slew::straight, .slider = {"viscosity", 20.0, 1}}},
+    {"air_drag_n_s_per_m",
+     &TouchParameters::air_drag_n_s_per_m, 0, MostTouch::damping_n_s_per_m, "N s/m",
+     "Drag wherever the tool is, which steadies a hand in free space, too",
+     {.option = "air-drag", .of = {"swept-*"},
+      .slew = Slew::straight, .slider = {"air drag", 20.0, 1}}},
     {"vibration_n", &TouchParameters::vibration_n, 0, MostTouch::force_n, "N",
      "Amplitude of the vibration; it follows how much material the tool removes a second and how "
      "hard that is",

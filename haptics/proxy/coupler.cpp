@@ -192,6 +192,7 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
         last_normal_ = normal;
     if (input.removal > 0.0 && q.vibration_n > 0.0)
         output.force_n += input.removal * q.vibration_n * vibration_.next(dt) * last_normal_;
+    output.force_n -= 1e-3 * q.air_drag_n_s_per_m * input.velocity_mm_per_s;
 
     is_first_ = false;
     lacked_data_ = geometry.lacks_data;

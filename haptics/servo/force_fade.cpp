@@ -18,7 +18,8 @@ double natural_change_n(const TouchParameters& parameters, double moved_mm, doub
         friction = std::max(friction, p.labels[i].friction_static);
     }
     return 1e-3 * (stiffness * std::hypot(1.0, friction) * moved_mm +
-                   (p.damping_n_s_per_m + p.viscosity_n_s_per_m) * sped_mm_per_s) +
+                   (p.damping_n_s_per_m + p.viscosity_n_s_per_m + p.air_drag_n_s_per_m) *
+                       sped_mm_per_s) +
            2.0 * removal * p.vibration_n; // it is within +-removal * vibration_n
 }
 
