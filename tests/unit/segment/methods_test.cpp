@@ -77,7 +77,7 @@ TEST(Methods, EachFindsANoisyBall) {
         const bool before_edges = std::string_view(method.name).starts_with("fast-marching");
         EXPECT_GE(dice_with_ball(made->labels, 15.0), before_edges ? 0.78 : 0.9) << method.name;
         EXPECT_EQ(made->labels.range().max, 1.0f) << method.name;
-        EXPECT_EQ(made->strength.has_value(), method.strength != nullptr) << method.name;
+        EXPECT_EQ(made->strength.has_value(), method.strength.has_value()) << method.name;
         EXPECT_EQ(made->distance.has_value(), method.has_distance) << method.name;
         if (made->strength) { // none at the seeds outside
             EXPECT_TRUE(std::isnan(made->strength->value({44, 44, 22}))) << method.name;

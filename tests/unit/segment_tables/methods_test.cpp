@@ -52,7 +52,7 @@ TEST_P(EveryMethod, TakesEveryVolume) {
         const Volume& labels = made->labels;
         EXPECT_EQ(labels.grid(), one.volume.grid());
         EXPECT_TRUE(labels.type() == ScalarType::u8 || labels.type() == ScalarType::u16);
-        EXPECT_EQ(made->strength.has_value(), method().strength != nullptr);
+        EXPECT_EQ(made->strength.has_value(), method().strength.has_value());
         const glm::uvec3 size = labels.size();
         for (uint32_t z = 0; z < size.z; ++z)
             for (uint32_t y = 0; y < size.y; ++y)
