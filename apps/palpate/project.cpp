@@ -146,29 +146,39 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Docume
     return entries;
 }
 
-// Does all of them in memory: where one cannot be done, nothing is kept of any.
+// Does all of them in memory: where one cannot be done, nothing is kept of any. They become what a
+// journal is to keep, before_journal of the history's steps being none of it.
 // Returns what is to be said of strokes that changed no sample.
 Result<std::vector<std::string>> take_steps(const ProjectOptions& o,
-                                            std::span<const JournalEntry> entries,
-                                            Document& document, History& history,
+                                            std::vector<JournalEntry>& entries, Document& document,
+                                            History& history, size_t before_journal,
                                             const Interrupt& interrupt) {
     using Kind = JournalEntry::Kind;
     size_t strokes = 0;
     uint32_t back = 0, forth = 0;
     std::vector<std::string> idle;
-    for (const JournalEntry& entry : entries) {
+    JournalReach reach(history.stats(), before_journal);
+    for (JournalEntry& entry : entries) {
         const History::Stats steps = history.stats();
         const bool is_undo = entry.kind == Kind::undo, is_redo = entry.kind == Kind::redo;
         if ((is_undo && steps.undo_steps == 0) || (is_redo && steps.redo_steps == 0))
             return fail(
-                "{}: nothing is left to {}: expected at most --{} {} since the last save, found "
-                "{}; "
-                "nothing is changed",
+                "{}: nothing is left to {}: expected at most --{} {}, found {}; nothing is changed",
                 o.folder, is_undo ? "undo" : "redo", is_undo ? "undo" : "redo",
                 is_undo ? back : forth, is_undo ? o.undo : o.redo);
+        const Document before = document;
         const Result<Replayed> done = replay(document, history, entry, interrupt.token());
         if (!done)
             return fail("{}; nothing is changed", done.error().message);
+        if (is_undo || is_redo) {
+            entry = reach.entry(is_undo, before, document);
+            if (entry.kind == Kind::change && entry.change.packed.empty())
+                return fail("{}: a step needs more memory than there is; nothing is changed",
+                            o.folder);
+            reach.moved(is_undo, entry);
+        } else {
+            reach.recorded();
+        }
         back += is_undo;
         forth += is_redo;
         strokes += entry.kind == Kind::stroke;
@@ -204,9 +214,9 @@ Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
         PALPATE_TRY(Project::Seen saved,
                     Project::look(o.folder, {.unsaved = false, .stop = interrupt.token()}));
         ProjectContents& last = saved.contents;
-        PALPATE_TRY(const auto entries, steps_of(o, last.document, last.grey, last.labels));
+        PALPATE_TRY(auto entries, steps_of(o, last.document, last.grey, last.labels));
         History history;
-        PALPATE_TRY(take_steps(o, entries, last.document, history, interrupt));
+        PALPATE_TRY(take_steps(o, entries, last.document, history, 0, interrupt));
         PALPATE_TRY(expect_exported(o, last.document));
     }
     PALPATE_TRY(Project::Opened opened,
@@ -214,9 +224,9 @@ Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
     for (const std::string& note : opened.notes)
         log::warning("{}", note);
     SessionSetup& setup = opened.setup;
-    PALPATE_TRY(const auto entries, steps_of(o, setup.document, setup.grey, setup.labels));
-    PALPATE_TRY(const auto idle,
-                take_steps(o, entries, setup.document, *setup.edit.begun, interrupt));
+    PALPATE_TRY(auto entries, steps_of(o, setup.document, setup.grey, setup.labels));
+    PALPATE_TRY(const auto idle, take_steps(o, entries, setup.document, *setup.edit.begun,
+                                            setup.edit.before_journal, interrupt));
     FilesTogether files;
     PALPATE_TRY(write_export(o, setup.document, setup.grey, opened.project.modality(), interrupt));
     files.close(); // those of a save take their names in an order of their own
@@ -287,14 +297,13 @@ Command add_project(CLI::App& app) {
                    "Apply strokes, JSON lines (docs/reference/strokes.md), each as a step; those "
                    "on labels change the labels that are seen, others the values (default: none)")
         ->type_name("FILE");
-    app.add_option("--undo", o->undo, "Take back the last N steps since the last save (default: 0)")
-        ->type_name("N");
+    app.add_option("--undo", o->undo, "Take back the last N steps (default: 0)")->type_name("N");
     app.add_option("--redo", o->redo,
                    "Apply again the last N steps that were taken back "
                    "(default: 0)")
         ->type_name("N");
     auto* save = app.add_flag("--save", o->save,
-                              "Save the volumes with all steps, which cannot be taken back then");
+                              "Save the volumes with all steps");
     app.add_flag("--discard", o->discard,
                  "Go back to the last save; the steps since then are kept in journal-N.set-aside")
         ->excludes(save);

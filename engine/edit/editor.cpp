@@ -24,8 +24,7 @@ Editor::Editor(Document document, EditorOptions options)
                                                     .undo_steps = history_->stats().undo_steps,
                                                     .redo_steps = history_->stats().redo_steps})) {
     strokes_done_ = history_->stats().undo_steps;
-    undos_in_journal_ = strokes_done_ - std::min(strokes_done_, options_.before_journal);
-    redos_in_journal_ = history_->stats().redo_steps;
+    reach_ = JournalReach(history_->stats(), options_.before_journal);
     if (options_.threaded)
         thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
@@ -303,8 +302,7 @@ void Editor::finish_stroke() {
         was.volumes[edited_].volume = before;
         history_->record(was, now_, std::move(title));
         ++strokes_done_;
-        ++undos_in_journal_;
-        redos_in_journal_ = 0;
+        reach_.recorded();
     } else {
         edited() = taken_back(before, edited());
         refusal_ += "; the stroke is taken back";
@@ -359,8 +357,7 @@ void Editor::change_to(Document next, std::string title, Json parameters, bool i
         if (is_step) {
             history_->record(now_, next, std::move(title));
             ++strokes_done_;
-            ++undos_in_journal_;
-            redos_in_journal_ = 0;
+            reach_.recorded();
         }
         now_ = std::move(next);
         find_edited();
@@ -409,7 +406,7 @@ Result<Document> Editor::change_to(ChangeJournal& change) {
     }
     options_.journal.emplace(std::move(change.journal));
     options_.journal_may_end = false;
-    undos_in_journal_ = redos_in_journal_ = 0;
+    reach_ = {};
     *change.steps = history_->newest(JournalChange::kMostSteps_bytes);
     return now_;
 }
@@ -433,22 +430,16 @@ void Editor::step(bool back) {
     else if (!*taken)
         refuse(back ? "nothing is left to undo" : "nothing is left to redo");
     else {
-        // Who does the entries of the journal has the steps that lie in it, and no others.
-        size_t& known = back ? undos_in_journal_ : redos_in_journal_;
-        size_t& other = back ? redos_in_journal_ : undos_in_journal_;
-        JournalEntry entry{.kind = back ? JournalEntry::Kind::undo : JournalEntry::Kind::redo};
-        if (known == 0 && options_.journal)
-            entry = {.kind = JournalEntry::Kind::change,
-                     .change = {back ? "undo" : "redo", Json::object(),
-                                pack_step(step_between(now_, **taken)), true}};
-        const bool as_change = entry.kind == JournalEntry::Kind::change;
+        JournalEntry entry = options_.journal ? reach_.entry(back, now_, **taken) : JournalEntry();
         now_ = **taken;
         strokes_done_ += back ? -1 : 1;
-        if (keep(std::move(entry))) {
-            known -= known > 0;
-            other += !as_change || !back;
-            if (as_change) // a new entry ends what could be redone
-                redos_in_journal_ = 0;
+        const bool lacks_memory =
+            entry.kind == JournalEntry::Kind::change && entry.change.packed.empty();
+        if (lacks_memory)
+            refuse("the journal's entry needs more memory than there is");
+        if (!lacks_memory && keep(entry)) {
+            if (options_.journal)
+                reach_.moved(back, entry);
         } else if (taken = take(!back); taken && *taken) { // the same step, just taken
             now_ = **taken;
             strokes_done_ -= back ? -1 : 1;

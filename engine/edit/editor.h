@@ -19,6 +19,7 @@
 #include "engine/base/wake.h"
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
+#include "engine/edit/replay.h"
 #include "engine/edit/stroke_run.h"
 
 namespace palpate {
@@ -266,9 +267,7 @@ class Editor {
     uint64_t published_ = 0, commands_done_ = 0;
     std::optional<Volume> before_command_; // EditState
     size_t strokes_done_ = 0;
-    // How many of the next undo and redo steps equal those of replaying the journal; others are
-    // kept as differences.
-    size_t undos_in_journal_ = 0, redos_in_journal_ = 0;
+    JournalReach reach_; // of options_.journal
     size_t refusals_ = 0, refusals_kept_ = 0;
     std::string refusal_;
 

@@ -18,6 +18,9 @@ struct Change {
     Json parameters = Json::object(); // likewise; an object
     std::string packed;               // of pack_step()
     bool is_step = true;              // false: it is kept, and undo passes over it
+    // A step back or forth beyond the journal's own steps: readers that have the step in their
+    // history take it from there; for others it is a change like any other.
+    enum class Move { none, back, forth } move = Move::none;
 };
 
 // One entry: a stroke, another change of the document (a filter's result, say), or a step back or

@@ -11,6 +11,8 @@ std::string JournalEntry::text() const {
         Json head{{"change", change.title}, {"parameters", change.parameters}};
         if (!change.is_step)
             head["step"] = false;
+        if (change.move != Change::Move::none)
+            head["move"] = change.move == Change::Move::back ? "back" : "forth";
         return json_line(head) + "\n" + change.packed + "\n";
     }
     Json head{{"on", on}};
@@ -55,6 +57,8 @@ Result<JournalEntry> parse_entry(std::string_view payload, const std::string& na
             entry.change.parameters = *parameters;
         if (const Json* step = head.find("step"))
             entry.change.is_step = step->boolean;
+        if (const std::string move = text("move"); move == "back" || move == "forth")
+            entry.change.move = move == "back" ? Change::Move::back : Change::Move::forth;
         entry.change.packed = rest.substr(0, rest.size() - 1);
         return entry;
     }

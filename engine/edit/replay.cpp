@@ -68,6 +68,26 @@ Result<Volume> stroked(const Document& now, const JournalEntry& entry, uint64_t&
 
 } // namespace
 
+JournalEntry JournalReach::entry(bool back, const Document& from, const Document& to) const {
+    if ((back ? undos_ : redos_) > 0)
+        return {.kind = back ? JournalEntry::Kind::undo : JournalEntry::Kind::redo};
+    return {.kind = JournalEntry::Kind::change,
+            .change = {back ? "undo" : "redo", Json::object(), pack_step(step_between(from, to)),
+                       true, back ? Change::Move::back : Change::Move::forth}};
+}
+
+void JournalReach::moved(bool back, const JournalEntry& entry) {
+    size_t& known = back ? undos_ : redos_;
+    size_t& other = back ? redos_ : undos_;
+    if (entry.kind != JournalEntry::Kind::change) {
+        --known;
+        ++other;
+        return;
+    }
+    undos_ += !back;
+    redos_ = 0; // a new entry ends what could be redone
+}
+
 Result<Replayed> replay(Document& now, History& history, const JournalEntry& entry,
                         const std::stop_token& stop) {
     using Kind = JournalEntry::Kind;
@@ -83,6 +103,15 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
     }
     Document next = now;
     if (entry.kind == Kind::change) {
+        const bool back = entry.change.move == Change::Move::back;
+        const History::Stats steps = history.stats();
+        if (entry.change.move != Change::Move::none &&
+            (back ? steps.undo_steps : steps.redo_steps) > 0) {
+            PALPATE_TRY(std::optional<Document> taken,
+                        back ? history.undo(now) : history.redo(now));
+            now = std::move(*taken);
+            return replayed;
+        }
         PALPATE_TRY(next, apply_packed_step(now, entry.change.packed, false));
     } else {
         PALPATE_TRY(const Volume after, stroked(now, entry, replayed.samples_seen, stop));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <stop_token>
 #include <string>
 
@@ -18,5 +19,25 @@ struct Replayed {
 // they were.
 Result<Replayed> replay(Document& now, History& history, const JournalEntry& entry,
                         const std::stop_token& stop);
+
+// How far back and forth the entries of a journal lead by themselves, for readers that do not have
+// the steps before them. Steps beyond are kept as differences.
+class JournalReach {
+ public:
+    JournalReach() = default;
+    // Of a history, so many of whose first steps are none of the journal.
+    JournalReach(const History::Stats& steps, size_t before_journal)
+        : undos_(steps.undo_steps - std::min(steps.undo_steps, before_journal)),
+          redos_(before_journal > 0 ? 0 : steps.redo_steps) {}
+
+    void recorded() { ++undos_, redos_ = 0; } // a step
+    // The entry of an undo (back) or a redo that leads from one document to the other. A change
+    // without `packed` where memory ran out.
+    JournalEntry entry(bool back, const Document& from, const Document& to) const;
+    void moved(bool back, const JournalEntry& entry); // once it is kept
+
+ private:
+    size_t undos_ = 0, redos_ = 0;
+};
 
 } // namespace palpate
