@@ -103,16 +103,20 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
     }
     Document next = now;
     if (entry.kind == Kind::change) {
+        PALPATE_TRY(next, apply_packed_step(now, entry.change.packed, false));
         const bool back = entry.change.move == Change::Move::back;
         const History::Stats steps = history.stats();
         if (entry.change.move != Change::Move::none &&
             (back ? steps.undo_steps : steps.redo_steps) > 0) {
             PALPATE_TRY(std::optional<Document> taken,
                         back ? history.undo(now) : history.redo(now));
-            now = std::move(*taken);
-            return replayed;
+            if (step_between(*taken, next).empty()) {
+                now = std::move(*taken);
+                return replayed;
+            }
+            // Another step lies there: the history lacks the one that was meant.
+            PALPATE_TRY(taken, back ? history.redo(*taken) : history.undo(*taken));
         }
-        PALPATE_TRY(next, apply_packed_step(now, entry.change.packed, false));
     } else {
         PALPATE_TRY(const Volume after, stroked(now, entry, replayed.samples_seen, stop));
         if (const Volume& before = *now.find(entry.on); changed_bricks(before, after).empty())

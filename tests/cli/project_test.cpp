@@ -263,8 +263,8 @@ TEST_F(ProjectCommand, DoesAllOrNothing) {
         EXPECT_FALSE(std::filesystem::exists(out));
     }
     EXPECT_THAT(run_project({"--undo", "5"}).messages,
-                HasSubstr("nothing is left to undo: expected at most --undo 2 since the last save, "
-                          "found 5; nothing is changed"));
+                HasSubstr("nothing is left to undo: expected at most --undo 2, found 5; nothing is "
+                          "changed"));
     // A project that is created and cannot be changed as asked is not there.
     const std::string fresh = file("q").string();
     EXPECT_EQ(run({"project", fresh, "--new", file("ct.nrrd").string(), "--undo", "1"}).exit_code,
