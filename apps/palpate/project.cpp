@@ -302,8 +302,7 @@ Command add_project(CLI::App& app) {
                    "Apply again the last N steps that were taken back "
                    "(default: 0)")
         ->type_name("N");
-    auto* save = app.add_flag("--save", o->save,
-                              "Save the volumes with all steps");
+    auto* save = app.add_flag("--save", o->save, "Save the volumes with all steps");
     app.add_flag("--discard", o->discard,
                  "Go back to the last save; the steps since then are kept in journal-N.set-aside")
         ->excludes(save);
