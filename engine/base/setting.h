@@ -32,7 +32,7 @@ struct Slider {
     int decimals = 2;
 };
 
-// Where else than in files a setting appears.
+// The places beside files in which a setting appears.
 struct SettingUse {
     // --option of the command line; empty: none. Neighbours in a table with the same one are its
     // values, apart by commas; a missing one is as the one before.

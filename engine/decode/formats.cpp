@@ -146,7 +146,7 @@ Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink) {
             continue;
         try {
             Result<Decoded> decoded = format.decode(request, sink);
-            // What a message quotes from the file may hold line breaks.
+            // A message may quote line breaks from the file.
             if (!decoded)
                 return fail("{}", printable(decoded.error().message));
             for (std::string& warning : decoded->warnings)

@@ -25,7 +25,7 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
 class JournalReach {
  public:
     JournalReach() = default;
-    // Of a history, so many of whose first steps are none of the journal.
+    // By a history, so many of whose first steps are none of the journal.
     JournalReach(const History::Stats& steps, size_t before_journal)
         : undos_(steps.undo_steps - std::min(steps.undo_steps, before_journal)),
           redos_(before_journal > 0 ? 0 : steps.redo_steps) {}

@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-// What a hand does with the clip planes of the 3D view (Notes::clip_planes, at most
+// A hand's work with the clip planes of the 3D view (Notes::clip_planes, at most
 // kMaxClipPlanes). A part of ViewState.
 struct Clipping {
     std::optional<size_t> selected;
