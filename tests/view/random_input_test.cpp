@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "apps/view/window/replay.h"
 #include "haptics/device/hand_path.h"
 #include "tests/support/given.h"
 #include "tests/support/temporary_folder.h"
@@ -142,8 +143,7 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
         volume_ = volumes[hand.below(std::size(volumes))];
         const glm::uvec2 size(480 + hand.below(300), 320 + hand.below(200));
         HandOptions device_of_hand = with_device ? random_device(hand) : HandOptions();
-        std::ofstream script(script_);
-        script << header_line(size, 1.0) << std::flush;
+        Recorder script(script_, size, 1.0);
         const std::string what =
             fmt::format("seed {}: palpate view '{}' --headless --state - --replay {}{}", seed,
                         volume_, script_.string(), words_of(device_of_hand, folder_ / "hand.csv"));
@@ -155,9 +155,7 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
         for (uint64_t frame = 1; done < events && !HasFailure(); ++frame) {
             std::vector<Event> input = hand.next(viewer());
             done += input.size();
-            for (const Event& event : input)
-                script << event_line(frame, event);
-            script << std::flush;
+            script.add(frame, input, viewer());
             watchdog.frame_begins();
             viewer().frame(std::move(input), hand.time_s());
             if (frame % kFramesAPicture == 0)
@@ -211,7 +209,8 @@ TEST_P(RandomRecording, EndsTheSameWhenItIsReplayed) {
     meet(GetParam(), 600, false);
     const Script script = load_script(script_).value();
     open_scene(Source{open_synthetic(volume_)}, script.size_px);
-    replay(viewer(), script);
+    const Result<void> done = replay(viewer(), script);
+    ASSERT_TRUE(done) << done.error().message;
     EXPECT_EQ(json_line(viewer().dump()), state_json_);
 }
 

@@ -48,6 +48,21 @@ Event random_event(std::mt19937& random) {
     return event;
 }
 
+Place random_place(std::mt19937& random) {
+    const auto number = [&] { return std::uniform_real_distribution<>(-300.0, 300.0)(random); };
+    const Panel panel = kPanels[random() % kPanels.size()];
+    switch (random() % 4) {
+        case 0:
+            return WidgetPlace{"tool/draw", {number(), number()}};
+        case 1:
+            return ViewPlace{panel, {number(), number()}};
+        case 2:
+            return PointPlace{panel, {number(), number(), number()}, random() % 2 == 0};
+        default:
+            return {};
+    }
+}
+
 TEST(Script, WhatIsWrittenIsReadTheSame) {
     std::mt19937 random(21);
     Script script;
@@ -59,8 +74,11 @@ TEST(Script, WhatIsWrittenIsReadTheSame) {
     for (int i = 0; i < 2000; ++i) {
         Event event = random_event(random);
         event.time_s = time_s += 0.001 * static_cast<double>(random() % 100);
-        script.lines.push_back({frame += random() % 3, event});
-        text += event_line(frame, event);
+        const Place place = event.kind == Event::Kind::move ? random_place(random) : Place();
+        if (!std::holds_alternative<std::monostate>(place))
+            event.at_px = {}; // it is told by the place
+        script.lines.push_back({frame += random() % 3, event, place});
+        text += event_line(frame, event, place);
     }
     const Result<Script> read = parse_script(text, "s.jsonl");
     ASSERT_TRUE(read) << read.error().message;
@@ -68,7 +86,8 @@ TEST(Script, WhatIsWrittenIsReadTheSame) {
     EXPECT_EQ(read->text_scale, 1.5);
     ASSERT_EQ(read->lines.size(), script.lines.size());
     for (size_t i = 0; i < script.lines.size(); ++i)
-        EXPECT_EQ(read->lines[i], script.lines[i]) << event_line(0, script.lines[i].event);
+        EXPECT_EQ(read->lines[i], script.lines[i])
+            << event_line(0, script.lines[i].event, script.lines[i].place);
 }
 
 TEST(Script, ErrorsNameTheLineAndWhatWasExpected) {
@@ -78,7 +97,9 @@ TEST(Script, ErrorsNameTheLineAndWhatWasExpected) {
         return read ? std::string() : read.error().message;
     };
     EXPECT_THAT(error(""), HasSubstr("expected a header"));
-    EXPECT_THAT(error("{\"palpate_view\": 2}"), HasSubstr("s.jsonl:1: expected a header"));
+    EXPECT_THAT(error("{\"size\": [640, 480]}"), HasSubstr("s.jsonl:1: expected a header"));
+    EXPECT_THAT(error("{\"palpate_view\": 3}"),
+                HasSubstr("s.jsonl:1: palpate_view: expected 1 or 2, a version of the format"));
     EXPECT_THAT(error(head + "{\"frame\": 1}"), HasSubstr("s.jsonl:2: expected one of \"move\""));
     EXPECT_THAT(error(head + "{\"move\": [1, 2]}"), HasSubstr("expected \"frame\""));
     EXPECT_THAT(error(head + "{\"frame\": 1, \"key\": \"any\"}"), HasSubstr("the name of a key"));
@@ -98,6 +119,14 @@ TEST(Script, ErrorsNameTheLineAndWhatWasExpected) {
         error(head + "{\"frame\": 1, \"t_s\": 0.75, \"text\": \"a\"}\n"
                      "{\"frame\": 30, \"text\": \"a\"}"),
         HasSubstr("at least 0.75, that of the line before, found 0.5, of the frame's number"));
+    for (const char* place :
+         {R"({})", R"({"widget": "a"})", R"({"widget": "a", "mm": [1, 2, 3]})",
+          R"({"widget": "a", "view": "3d", "share": [0, 0]})", R"({"view": "axial"})",
+          R"({"view": "axial", "mm": [1, 2, 3], "share": [0, 0]})",
+          R"({"view": "oblique", "share": [0, 0]})", R"({"view": "axial", "mm": [1, 2]})",
+          R"({"view": "axial", "sample": [1, 2, 1e10]})", R"({"view": "axial", "at": [1, 2]})"})
+        EXPECT_THAT(error(head + R"({"frame": 1, "move": )" + place + "}"), HasSubstr("s.jsonl:2:"))
+            << place;
     EXPECT_THAT(error(head + "{\"frame\": 1, \"mov\": [1, 2]}"), HasSubstr("mov"));
     EXPECT_THAT(error(head + "{\"frame\": 1, \"resize\": [-1, 2]}"), HasSubstr("resize"));
     EXPECT_EQ(error(head + "\n  \n{\"frame\": 1, \"move\": [1, 2]}\n"), "");

@@ -43,7 +43,8 @@ class ViewerTest : public ::testing::Test {
         open_scene(Source{open_synthetic(name)}, size, {}, std::move(hand));
     }
     void open_scene(Source source, glm::uvec2 size,
-                    const std::optional<DisplayProfile>& display = {}, HandOptions hand = {}) {
+                    const std::optional<DisplayProfile>& display = {}, HandOptions hand = {},
+                    double text_scale = 1.0) {
         time_s_ = 1.0;
         ViewerOptions options{.threaded = false, .display = display};
         options.hand = std::move(hand);
@@ -60,8 +61,8 @@ class ViewerTest : public ::testing::Test {
                 [read = beside_](const std::string& path, bool labels, const std::stop_token&,
                                  const std::function<void(double)>&) { return read(path, labels); };
         viewer_.reset();
-        viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size, 1.0,
-                        std::move(options));
+        viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size,
+                        text_scale, std::move(options));
         frame({});
     }
     void set_preview(SeriesPreviews::Read read) { preview_ = std::move(read); } // before open()

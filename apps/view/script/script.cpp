@@ -11,7 +11,7 @@ namespace palpate::view {
 
 namespace {
 
-constexpr double kMost_px = 1e5, kLongest_s = 1e7;
+constexpr double kMost_px = 1e5, kFarthest_mm = 1e9, kLongest_s = 1e7;
 constexpr uint32_t kMostFrames = 100'000'000;
 constexpr std::initializer_list<std::pair<const char*, Button>> kButtonNames{
     {"left", Button::left}, {"middle", Button::middle}, {"right", Button::right}};
@@ -34,10 +34,52 @@ bool read_flag(const JsonValue& in, const char* key) {
     return found && found->boolean();
 }
 
-Event read_event(const JsonValue& in) {
+constexpr std::initializer_list<std::pair<const char*, Panel>> kViewNames{
+    {"axial", Panel::axial},
+    {"coronal", Panel::coronal},
+    {"sagittal", Panel::sagittal},
+    {"3d", Panel::volume}};
+
+// Exactly one of these members.
+bool has_one(const JsonValue& in, std::initializer_list<const char*> keys) {
+    return std::count_if(keys.begin(), keys.end(),
+                         [&](const char* key) { return in.find(key).has_value(); }) == 1;
+}
+
+Place read_place(const JsonValue& in) {
+    in.only_keys({"widget", "view", "share", "mm", "sample"});
+    if (!has_one(in, {"widget", "view"}) || !has_one(in, {"share", "mm", "sample"})) {
+        in.complain(
+            "expected \"widget\" with \"share\", or \"view\" with \"share\", \"mm\" or \"sample\"");
+        return {};
+    }
+    const auto share = in.find("share");
+    if (const auto widget = in.find("widget")) {
+        if (!share)
+            in.complain("expected \"share\" with \"widget\"");
+        return WidgetPlace{widget->text(),
+                           share ? read_pair(*share, -kMost_px, kMost_px) : glm::dvec2(0.5)};
+    }
+    const Panel panel = in.at("view").choice(kViewNames);
+    if (share)
+        return ViewPlace{panel, read_pair(*share, -kMost_px, kMost_px)};
+    const auto mm = in.find("mm");
+    return PointPlace{panel, (mm ? *mm : in.at("sample")).vector(-kFarthest_mm, kFarthest_mm), !mm};
+}
+
+// The pixels or the place of a move.
+void read_move(const JsonValue& in, Script::Line& line) {
+    if (in.is(Json::Kind::object))
+        line.place = read_place(in);
+    else
+        line.event.at_px = read_pair(in, -kMost_px, kMost_px);
+}
+
+Script::Line read_line(const JsonValue& in) {
     in.only_keys({"frame", "t_s", "move", "button", "key", "down", "wheel", "text", "resize",
                   "drop", "close", "shift", "ctrl", "alt"});
-    Event event;
+    Script::Line line;
+    Event& event = line.event;
     event.modifiers = {read_flag(in, "shift"), read_flag(in, "ctrl"), read_flag(in, "alt")};
     event.down = read_flag(in, "down");
     int kinds = 0;
@@ -50,7 +92,7 @@ Event read_event(const JsonValue& in) {
         return found;
     };
     if (const auto at = is("move", Event::Kind::move))
-        event.at_px = read_pair(*at, -kMost_px, kMost_px);
+        read_move(*at, line);
     if (const auto button = is("button", Event::Kind::button))
         event.button = button->choice(kButtonNames);
     if (const auto wheel = is("wheel", Event::Kind::wheel))
@@ -74,17 +116,32 @@ Event read_event(const JsonValue& in) {
         in.complain(
             "expected one of \"move\", \"button\", \"wheel\", \"key\", \"text\", "
             "\"resize\", \"drop\" and \"close\"");
-    return event;
+    return line;
 }
 
 Json pair_json(glm::dvec2 pair) {
     return Json{pair.x, pair.y};
 }
 
+Json triple_json(glm::dvec3 triple) {
+    return Json{triple.x, triple.y, triple.z};
+}
+
+Json move_json(const Event& event, const Place& place) {
+    if (const auto* widget = std::get_if<WidgetPlace>(&place))
+        return Json{{"widget", widget->id}, {"share", pair_json(widget->share)}};
+    if (const auto* in_view = std::get_if<ViewPlace>(&place))
+        return Json{{"view", name_of(in_view->panel)}, {"share", pair_json(in_view->share)}};
+    if (const auto* at = std::get_if<PointPlace>(&place))
+        return Json{{"view", name_of(at->panel)},
+                    {at->is_sample ? "sample" : "mm", triple_json(at->point)}};
+    return pair_json(event.at_px);
+}
+
 } // namespace
 
 Result<Script> parse_script(const std::string& text, const std::string& name) {
-    Script script;
+    Script script{.name = name};
     std::istringstream in(text);
     JsonErrors errors{name, {}};
     bool has_header = false;
@@ -101,15 +158,17 @@ Result<Script> parse_script(const std::string& text, const std::string& name) {
             has_header = true;
             value.only_keys({"palpate_view", "size", "text_scale"});
             const auto version = value.find("palpate_view");
-            if (!version || version->number(0, 1e6) != 1)
-                value.complain("expected a header with \"palpate_view\": 1");
+            if (!version)
+                value.complain("expected a header with \"palpate_view\": 2");
+            else if (const double found = version->number(0, 1e6); found != 1 && found != 2)
+                version->reject("1 or 2, a version of the format");
             if (const auto size = value.find("size"))
                 script.size_px = read_size(*size, kSmallestWindow_px);
             if (const auto scale = value.find("text_scale"))
                 script.text_scale = scale->number(0.5, 4.0);
             continue;
         }
-        Script::Line next{0, read_event(value)};
+        Script::Line next = read_line(value);
         if (const auto frame = value.find("frame"))
             next.frame = frame->whole_number(0, kMostFrames);
         else
@@ -135,7 +194,7 @@ Result<Script> parse_script(const std::string& text, const std::string& name) {
     if (errors.first)
         return tl::unexpected(*errors.first);
     if (!has_header)
-        return fail("{}: expected a header with \"palpate_view\": 1, found an empty file", name);
+        return fail("{}: expected a header with \"palpate_view\": 2, found an empty file", name);
     return script;
 }
 
@@ -145,20 +204,20 @@ Result<Script> load_script(const std::filesystem::path& path) {
 }
 
 std::string header_line(glm::uvec2 size_px, double text_scale) {
-    return json_line(Json{{"palpate_view", 1.0},
+    return json_line(Json{{"palpate_view", 2.0},
                           {"size", pair_json(glm::dvec2(size_px))},
                           {"text_scale", text_scale}}) +
            "\n";
 }
 
-std::string event_line(uint64_t frame, const Event& event) {
+std::string event_line(uint64_t frame, const Event& event, const Place& place) {
     Json line{{"frame", frame}, {"t_s", event.time_s}};
     const auto add = [&](const char* key, Json value) {
         line.members.emplace_back(key, std::move(value));
     };
     switch (event.kind) {
         case Event::Kind::move:
-            add("move", pair_json(event.at_px));
+            add("move", move_json(event, place));
             break;
         case Event::Kind::button:
             for (const auto& [name, button] : kButtonNames)

@@ -66,8 +66,8 @@ Result<void> check_together(const ViewOptions& o) {
     if (!o.latency.empty() &&
         !(o.replay.empty() && o.shot.empty() && o.state.empty() && o.record.empty()))
         return fail("--latency: expected none of --record, --replay, --shot and --state");
-    if (o.headless && !o.record.empty())
-        return fail("--record: records a window; leave out --headless");
+    if (o.headless && !o.record.empty() && o.replay.empty())
+        return fail("--record: with --headless, needs --replay");
     if (o.headless && o.monitor)
         return fail("--full-screen: opens a window; leave out --headless");
     if (!o.shot.empty() && !o.headless)
@@ -288,7 +288,8 @@ Command add_view(CLI::App& app) {
         ->check(one_of(algorithm_names()))
         ->capture_default_str();
     app.add_option("--record", o->record,
-                   "Write every input to a script, JSON lines (default: none)")
+                   "Write every input to a script, JSON lines; with --headless that of --replay "
+                   "(default: none)")
         ->type_name("FILE");
     app.add_option("--replay", o->replay,
                    "Do the input of a script; with --headless (default: none)")

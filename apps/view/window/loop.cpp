@@ -4,11 +4,11 @@
 #include <volk.h>
 
 #include <exception>
-#include <fstream>
 #include <thread>
 
 #include "apps/view/window/latency.h"
 #include "apps/view/window/pacing.h"
+#include "apps/view/window/replay.h"
 #include "apps/view/window/window.h"
 #include "engine/base/json.h"
 #include "engine/gpu/error.h"
@@ -27,28 +27,6 @@ Result<void> expect_valid(const GpuDevice& device) {
                     messages.front());
     return {};
 }
-
-// Writes what happens as it happens, so that it is there after a crash.
-class Recorder {
- public:
-    Recorder(const std::string& path, glm::uvec2 size_px, double text_scale) {
-        if (path.empty())
-            return;
-        file_.open(path, std::ios::trunc);
-        file_ << header_line(size_px, text_scale) << std::flush;
-    }
-    void add(uint64_t frame, const std::vector<Event>& events) {
-        if (!file_.is_open() || events.empty())
-            return;
-        for (const Event& event : events)
-            file_ << event_line(frame, event);
-        file_ << std::flush;
-    }
-    bool failed() const { return file_.fail(); }
-
- private:
-    std::ofstream file_;
-};
 
 // The interface's: one that presents. Where the one that was asked for does not, another does.
 std::unique_ptr<GpuDevice> presenting_device(const LoopOptions& options) {
@@ -206,7 +184,7 @@ Result<Json> run_window(Source source, LoopOptions options) {
         const bool draws = pacing.begin(window.time_s(), !under_way.full());
         const std::vector<Event> events = window.events().take_frame();
         frames_to_go = events.empty() ? frames_to_go - 1 : kSettling;
-        recorder.add(frame, events);
+        recorder.add(frame, events, viewer);
         viewer.frame(events, events.empty() ? window.time_s() : events.back().time_s);
         if (viewer.is_done())
             break;
@@ -248,7 +226,10 @@ Result<HeadlessResult> run_headless(Source source, const Script& script, LoopOpt
     options.viewer.threaded = false;
     Viewer viewer(device, device, VK_FORMAT_R8G8B8A8_UNORM, std::move(source), script.size_px,
                   script.text_scale, std::move(options.viewer));
-    replay(viewer, script);
+    Recorder recorder(options.record, script.size_px, script.text_scale);
+    PALPATE_TRY(replay(viewer, script, &recorder));
+    if (recorder.failed())
+        return fail("{}: cannot be written", options.record);
     HeadlessResult result{viewer.dump(), {}};
     if (with_shot) {
         PALPATE_TRY(result.shot, viewer.shot());

@@ -258,23 +258,4 @@ Json Viewer::dump() {
     return json;
 }
 
-void replay(Viewer& viewer, const Script& script) {
-    constexpr uint64_t kIdle = 3; // frames after which nothing changes without events
-    double time_s = 0.0;
-    uint64_t frame = 0;
-    for (size_t next = 0; next < script.lines.size(); ++frame) {
-        frame =
-            std::max(frame, script.lines[next].frame - std::min(script.lines[next].frame, kIdle));
-        std::vector<Event> events;
-        for (; next < script.lines.size() && script.lines[next].frame <= frame; ++next)
-            events.push_back(script.lines[next].event);
-        // Frames without events take their share of the time that passes.
-        time_s = events.empty() ? std::min(time_s + kFrame_s, script.lines[next].event.time_s)
-                                : events.back().time_s;
-        viewer.frame(std::move(events), time_s);
-    }
-    for (int i = 1; i <= 2; ++i) // widgets answer in the frame after a release
-        viewer.frame({}, time_s + i * kFrame_s);
-}
-
 } // namespace palpate::view

@@ -77,6 +77,7 @@ class Viewer {
 
     const ViewState& state() const { return state_; }
     Work& work() { return *work_; }
+    const Grid& grid() const { return work_->subject().grid; }
     const Interface& interface() const { return *interface_; }
     Json dump();
     std::optional<std::string> failure() { return pictures_->failure(); }
@@ -155,9 +156,5 @@ class Viewer {
     std::future<Result<Source>> opening_;
     std::future<Result<LoadedVolume>> opening_beside_;
 };
-
-// Does a script's frames, and two after its last event, at the times it tells. Of frames without
-// events, in which nothing changes, at most three are done between two events.
-void replay(Viewer& viewer, const Script& script);
 
 } // namespace palpate::view

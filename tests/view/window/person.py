@@ -118,6 +118,7 @@ class Person:
         if "--full-screen" not in options:
             options += ["--size", f"{size[0]},{size[1]}"]
         self.origin = (0, 0)
+        self.pointer = None  # where a step has put it
         self.process = subprocess.Popen(
             [program, "view", *([volume] if volume else []), *options, "--validate", "--state", self.state_file,
              "--record", self.record_file], env=self.environment, cwd=self.folder,
@@ -131,6 +132,7 @@ class Person:
     def _origin(self):
         """Where the window's first pixel lies: what the manager says is beside its frame."""
         self.screen.xdo("mousemove", "--window", self.window, 2, 2)
+        self.pointer = None
         place = dict(word.split(":") for word in self.screen.xdo("getmouselocation").split())
         return int(place["x"]) - 2, int(place["y"]) - 2
 
@@ -166,10 +168,9 @@ class Person:
               lambda: self._ended() or self.lines() >= before + wants)
 
     def at(self, x, y):
-        now = [e["move"] for e in self.events() if "move" in e][-1:]
-        if now == [[x, y]]:
-            return
-        self.do("mousemove", "--window", self.window, x, y)
+        if self.pointer != (x, y):
+            self.do("mousemove", "--window", self.window, x, y)
+        self.pointer = (x, y)
 
     def click(self, x, y, button=1):
         self.at(x, y)
@@ -205,6 +206,7 @@ class Person:
         for i in range(1, steps + 1):
             self.do("mousemove", "--window", self.window, x + round(by[0] * i / steps),
                     y + round(by[1] * i / steps))
+        self.pointer = (x + by[0], y + by[1])
         self.do("mouseup", button)
 
     def wheel(self, notches):
@@ -257,6 +259,7 @@ class Person:
     def looks_right(self):
         """Views that show something: grey values differ in each, and no view is black."""
         self.screen.xdo("mousemove", "--window", self.window, 2, 2)
+        self.pointer = None
         panels = self.state_of_replay()["panels"]
 
         def all_show_something():
