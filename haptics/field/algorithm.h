@@ -1,19 +1,16 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <memory>
-#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "engine/base/tool_pose.h"
-#include "engine/mesh/mesh.h"
-#include "engine/volume/volume.h"
 #include "haptics/field/touch_parameters.h"
+#include "haptics/field/touch_scene.h"
 
 // The common interface of all haptic algorithms.
 //
@@ -21,24 +18,6 @@
 // newton metres about the tool, stiffness N/m: lengths are divided by 1000 where a force is made,
 // and nowhere else.
 namespace palpate::haptics {
-
-struct ToolPoints;  // tool_points.h
-struct TouchPlates; // touch_plates.h
-struct TouchMesh;   // swept_mesh.h
-
-// The data that can be felt: a value, published through a Mailbox and immutable afterwards. Data
-// that a tick needs beside the samples (smoothed distances, bounds, a local surface) is computed
-// before publishing and stored here.
-struct TouchScene {
-    std::optional<Volume> grey;                 // V of the papers: values, HU say
-    std::optional<Volume> labels;               // S of the papers: whole numbers, 0 is free
-    std::array<std::optional<Volume>, 3> field; // a vector field's x, y, z in world axes
-    std::shared_ptr<const Mesh> mesh;
-    std::shared_ptr<const TouchMesh> touch_mesh; // of swept-mesh
-    std::shared_ptr<const ToolPoints> tool;      // of swept-tool; null is a sphere
-    std::shared_ptr<const TouchPlates> plates;   // that can be pressed; null: none
-    uint64_t version = 0;                        // rises with every publication
-};
 
 struct TickInput {
     ToolPose tool;                               // where the hand holds the device, in world

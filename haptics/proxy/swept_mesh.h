@@ -9,24 +9,8 @@ namespace palpate::haptics {
 // ns, all of them 0.2 to 0.3 ms, of 0.5 that a tick has.
 constexpr int64_t kMostLooks = 1 << 14;
 
-// A mesh with a grid over it, so that the triangles about a place are found in the tick. Made
-// before it is published, at most once a mesh.
-struct TouchMesh {
-    std::shared_ptr<const Mesh> mesh; // without shear or scale (rigid_space.h)
-    glm::dmat4 mesh_from_world{1.0};
-    glm::vec3 low_mm{0.0};
-    float cell_mm = 1.0f;
-    double grain_mm = 1.0; // what is smaller is passed over in a step
-    glm::ivec3 cells{0};
-    std::vector<uint32_t> first;       // of each cell's triangles; one more at the end
-    std::vector<glm::uvec3> triangles; // in each cell that their boxes meet
-    double bulge_mm = 0.0;             // TriangleSpan::bulge_mm
-    // It is the surface of the volume that is felt: where that has no data, the mesh says nothing.
-    // False for a mesh from elsewhere.
-    bool is_of_samples = true;
-};
-// Cells of about `grain_mm`, or of three mean edges, if that is less; larger where there would be
-// more than 2^22. Not for the servo thread.
+// Makes a TouchMesh with cells of about `grain_mm`, or of three mean edges, if that is less; larger
+// where there would be more than 2^22. Not for the servo thread.
 std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh, double grain_mm);
 
 // The surface of a volume as it is felt with these parameters: marching cubes of the sharp view of

@@ -1,18 +1,12 @@
 #pragma once
 
-#include <glm/glm.hpp>
-#include <vector>
+#include "haptics/field/touch_scene.h"
 
 namespace palpate {
 class Shape;
 }
 
 namespace palpate::haptics {
-
-// A tool as a point shell, in tool space: the points that swept-tool moves through a volume.
-struct ToolPoints {
-    std::vector<glm::dvec3> points_mm; // at most 4096 are used
-};
 
 // About `count` points spread evenly on the surface of any implicit tool: the middles of the cells
 // of a lattice that the surface cuts, moved onto it along its gradient. The lattice is halved until

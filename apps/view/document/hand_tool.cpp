@@ -87,12 +87,8 @@ EditSetup make_tool(Carve carve, TipShape shape, double radius_mm, uint16_t labe
 }
 
 bool ToolRack::hold(Session& session, EditSetup setup, uint8_t tool) {
-    Json wanted{{"shape", setup.shape},
-                {"operation", operation_json(setup.operation)},
-                {"on", setup.on},
-                // Smooth walls take it (Session::use()).
-                {"iso", session.parameters().iso}};
-    if (json_line(wanted) == json_line(held_[tool]))
+    Held wanted{setup.shape, setup.operation, setup.on, session.parameters().iso};
+    if (held_[tool] == wanted)
         return true;
     if (!session.use(std::move(setup), tool))
         return false;
@@ -101,7 +97,7 @@ bool ToolRack::hold(Session& session, EditSetup setup, uint8_t tool) {
 }
 
 void ToolRack::lay_down(Session& session, uint8_t tool) {
-    held_[tool] = Json();
+    held_[tool].reset();
     session.lay_down(tool);
 }
 

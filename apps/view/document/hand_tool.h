@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "apps/view/tools/stylus.h"
@@ -32,7 +33,14 @@ class ToolRack {
     void lay_down(Session& session, uint8_t tool);
 
  private:
-    std::array<Json, Editor::kTools> held_;
+    struct Held {
+        Json shape;
+        Operation operation;
+        std::string on;
+        double iso = 0.0; // smooth walls take it (Session::use())
+        friend bool operator==(const Held&, const Held&) = default;
+    };
+    std::array<std::optional<Held>, Editor::kTools> held_;
 };
 
 // The tool's surface, in its own space, to be placed by Mesh::world_from_mesh. The same object as
