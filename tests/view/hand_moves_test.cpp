@@ -54,8 +54,10 @@ class HandMoves : public testing::Test {
 TEST_F(HandMoves, AFaceOfTheMeshGoesAsFarAsTheHand) {
     dab(kDrawTool, 20.0, 0.0);
     work_.obey({Order::Kind::mesh_make, {}, time_s_}, state_);
-    ASSERT_TRUE(work_.mesh()) << work_.take_message();
-    const auto at_x = [&] { return work_.mesh()->met({{90, 0, 0}, {-1, 0, 0}}).value(); };
+    ASSERT_TRUE(work_.mesh_pulling().mesh()) << work_.take_message();
+    const auto at_x = [&] {
+        return work_.mesh_pulling().mesh()->met({{90, 0, 0}, {-1, 0, 0}}).value();
+    };
     const double before = at_x().x;
     state_.stylus.first = Carve::pull;
     state_.radius_mm = 5.0;
@@ -63,7 +65,7 @@ TEST_F(HandMoves, AFaceOfTheMeshGoesAsFarAsTheHand) {
     wait(0.2);
     EXPECT_EQ(at_x().x, before) << "not pressed yet";
     wait(1.7);
-    EXPECT_TRUE(work_.mesh_is_pulled());
+    EXPECT_TRUE(work_.mesh_pulling().is_pulled());
     // The held point goes as far as the hand, within 0.02 edges of some 3 mm. A ray along x meets
     // the face where it has turned, which is flat within 0.1 mm of its middle.
     EXPECT_NEAR(at_x().x, before + 5.0, 0.2);

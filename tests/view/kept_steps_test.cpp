@@ -53,7 +53,7 @@ TEST_F(KeepingSteps, ComeBackWithTheirUndo) {
     EXPECT_EQ(again.steps->note, "");
     {
         Work work(std::move(again), {800, 600}, 1.0, false);
-        EXPECT_EQ(work.recovered_steps(), 2u);
+        EXPECT_EQ(work.steps_file().recovered(), 2u);
         EXPECT_EQ(labels(work), after);
         EXPECT_EQ(work.edited().redo_steps, 1u);
         EXPECT_TRUE(work.leaving_loses_edits());
@@ -62,7 +62,7 @@ TEST_F(KeepingSteps, ComeBackWithTheirUndo) {
         work.session().settle();
         EXPECT_EQ(labels(work), before);
         EXPECT_FALSE(work.leaving_loses_edits());
-        work.drop_steps();
+        work.steps_file().drop();
         EXPECT_EQ(files(), 2u); // as long as it is open; the other is of 25 samples
     }
     EXPECT_EQ(files(), 1u);

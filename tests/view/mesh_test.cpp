@@ -74,7 +74,7 @@ class MeshPulling : public ViewerTest {
         click_widget("tab/segment");
         click_widget("mesh/make");
         frame({});
-        ASSERT_TRUE(viewer().work().mesh());
+        ASSERT_TRUE(viewer().work().mesh_pulling().mesh());
         EXPECT_EQ(state().tool, &kPullTool);
     }
     uint64_t labels() { return content_hash(*volume(Work::kLabels)); }
@@ -82,8 +82,8 @@ class MeshPulling : public ViewerTest {
     glm::dvec2 right_edge() {
         const glm::dvec3 right = state().slices[0].right;
         glm::dvec3 best = state().crosshair_mm;
-        for (const auto& [from, to] :
-             viewer().work().mesh()->cut(state().crosshair_mm, state().slices[0].towards))
+        for (const auto& [from, to] : viewer().work().mesh_pulling().mesh()->cut(
+                 state().crosshair_mm, state().slices[0].towards))
             if (glm::dot(from - best, right) > 0.0)
                 best = from;
         return pixel_of(state(), grid(), Panel::axial, best).value();
@@ -104,7 +104,7 @@ TEST_F(MeshPulling, BecomesTheLabelInOneStep) {
     frame({});
     EXPECT_NE(labels(), before);
     EXPECT_EQ(viewer().work().edited().undo_steps, steps + 1);
-    EXPECT_FALSE(viewer().work().mesh());
+    EXPECT_FALSE(viewer().work().mesh_pulling().mesh());
     key("z", {.ctrl = true});
     frame({});
     EXPECT_EQ(labels(), before);
@@ -154,11 +154,11 @@ TEST_F(MeshPulling, IsAskedForBeforeItIsLost) {
     ASSERT_TRUE(state().leaving);
     EXPECT_FALSE(viewer().is_done());
     click_widget("leave/cancel");
-    EXPECT_TRUE(viewer().work().mesh());
+    EXPECT_TRUE(viewer().work().mesh_pulling().mesh());
     close();
     click_widget("leave/save"); // which asks for a folder
     frame({});
-    EXPECT_FALSE(viewer().work().mesh());
+    EXPECT_FALSE(viewer().work().mesh_pulling().mesh());
     EXPECT_EQ(viewer().work().edited().undo_steps, 1u);
     EXPECT_TRUE(state().saving_open);
     click_widget("save/cancel");
@@ -172,7 +172,7 @@ TEST_F(MeshPulling, IsAskedForBeforeItIsLost) {
 TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
     begin();
     const Camera camera = state().camera;
-    const auto mesh = [&]() -> const PulledMesh& { return *viewer().work().mesh(); };
+    const auto mesh = [&]() -> const PulledMesh& { return *viewer().work().mesh_pulling().mesh(); };
     const std::vector<glm::dvec3> before = mesh().mesh().positions;
     const glm::dvec2 at = middle(Panel::volume), to = at + glm::dvec2(25.0, 0.0);
     const auto held = mesh().met(ray_under(state(), at));
@@ -197,7 +197,7 @@ TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
                                                       now.positions[now.face_vertices[i + 1]]));
     EXPECT_LE(glm::distance(mesh().near(goal, 1e9).value(), goal), beside_mm + 0.02 * edge_mm);
     key("escape");
-    EXPECT_EQ(viewer().work().mesh()->mesh().positions, before);
+    EXPECT_EQ(viewer().work().mesh_pulling().mesh()->mesh().positions, before);
     button(false);
     // The camera stays where the mesh is pulled, and turns beside it.
     EXPECT_EQ(state().camera.eye_mm, camera.eye_mm);
@@ -206,7 +206,7 @@ TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
     move(middle(Panel::volume) + glm::dvec2(-60.0, -100.0));
     button(false);
     EXPECT_NE(state().camera.eye_mm, camera.eye_mm);
-    EXPECT_EQ(viewer().work().mesh()->mesh().positions, before);
+    EXPECT_EQ(viewer().work().mesh_pulling().mesh()->mesh().positions, before);
 }
 
 TEST_F(MeshPulling, OfNoSampleIsRefusedAndDropped) {
@@ -214,11 +214,11 @@ TEST_F(MeshPulling, OfNoSampleIsRefusedAndDropped) {
     click_widget("tab/segment");
     click_widget("mesh/make");
     frame({});
-    EXPECT_FALSE(viewer().work().mesh());
+    EXPECT_FALSE(viewer().work().mesh_pulling().mesh());
     begin();
     click_widget("mesh/drop");
     frame({});
-    EXPECT_FALSE(viewer().work().mesh());
+    EXPECT_FALSE(viewer().work().mesh_pulling().mesh());
 }
 
 } // namespace

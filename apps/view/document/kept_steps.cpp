@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "apps/view/document/work.h"
+#include "apps/view/document/open_document.h"
 #include "engine/base/log.h"
 #include "engine/edit/replay.h"
 
@@ -58,11 +58,11 @@ Result<void> apply_steps(KeptSteps& steps, const Journal::Contents& found,
 } // namespace
 
 Document fresh_document(const SceneData& data) {
-    std::vector<NamedVolume> volumes{{Work::kGrey, VolumeKind::grey, data.volume}};
+    std::vector<NamedVolume> volumes{{OpenDocument::kGrey, VolumeKind::grey, data.volume}};
     // Maps that a person may draw on are no edits: they are there from the start.
-    volumes.push_back({Work::kLabels, VolumeKind::labels,
+    volumes.push_back({OpenDocument::kLabels, VolumeKind::labels,
                        data.labels ? *data.labels : empty_labels(data.volume.grid())});
-    volumes.push_back({Work::kSeeds, VolumeKind::labels, empty_labels(data.volume.grid())});
+    volumes.push_back({OpenDocument::kSeeds, VolumeKind::labels, empty_labels(data.volume.grid())});
     return *make_document(std::move(volumes)); // of names that differ
 }
 

@@ -40,16 +40,20 @@ KeptSteps keep_steps(Document document, const std::filesystem::path& folder,
 class StepsFile {
  public:
     StepsFile() = default;
-    explicit StepsFile(std::filesystem::path path) : path_(std::move(path)) {}
+    StepsFile(std::filesystem::path path, size_t recovered)
+        : path_(std::move(path)), recovered_(recovered) {}
     ~StepsFile();
     StepsFile(const StepsFile&) = delete;
     StepsFile& operator=(const StepsFile&) = delete;
+
+    size_t recovered() const { return recovered_; } // KeptSteps::recovered
 
     void discard();                // now: it is written no more
     void drop() { drops_ = true; } // at the end: a person wants its steps no more
 
  private:
     std::filesystem::path path_;
+    size_t recovered_ = 0;
     bool drops_ = false;
 };
 

@@ -17,19 +17,19 @@ constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coar
 } // namespace
 
 void Work::watch(const ViewState& state) {
-    Scene scene = session_.scene();
+    Scene scene = session().scene();
     show_in_scene(state.notes, scene);
-    if (scene != session_.scene())
-        session_.show(std::move(scene));
+    if (scene != session().scene())
+        session().show(std::move(scene));
     show_seeds(state);
     const EditState edit = edited();
-    const Volume& grey = *edit.document.find(grey_);
+    const Volume& grey = *edit.document.find(grey_name());
     Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};
     if (sample_count(grey.grid()) > kMostCounted)
-        for (const Volume& level : loaded_.coarser)
+        for (const Volume& level : loaded().coarser)
             if (sample_count(wish.counted.grid()) > kMostCounted)
                 wish.counted = level;
-    if (const Volume* labels = edit.document.find(labels_))
+    if (const Volume* labels = edit.document.find(labels_name()))
         wish.labels = *labels;
     for (const Measure& measure : state.notes.measures)
         if (measure.kind == MeasureKind::polygon || measure.kind == MeasureKind::sphere)
@@ -85,7 +85,7 @@ std::string said_of(const LoadedScene& loaded, const std::string& path, const st
 
 std::optional<Measured> Work::measured(const Measure& one) {
     if (one.kind == MeasureKind::ruler || one.kind == MeasureKind::angle)
-        return measure(one, loaded_.data.volume); // reads no sample
+        return measure(one, loaded().data.volume); // reads no sample
     for (const auto& [known, measured] : figures_.known()->measured) {
         Measure same = known;
         same.name = one.name;
@@ -95,17 +95,11 @@ std::optional<Measured> Work::measured(const Measure& one) {
     return std::nullopt;
 }
 
-std::optional<double> Work::label_sample_mm3() {
-    const EditState edit = edited();
-    const Volume* labels = edit.document.find(labels_);
-    return labels ? std::optional(sample_mm3(labels->grid())) : std::nullopt;
-}
-
 std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
     if (state.notes.locked_labels.empty())
         return std::nullopt;
     const EditState edit = edited();
-    const Volume* labels = edit.document.find(labels_);
+    const Volume* labels = edit.document.find(labels_name());
     // Strokes that are under way may still bring the label of the hand.
     const float highest = labels && !labels->range().empty() ? labels->range().max : 0.0f;
     std::vector<uint16_t> free;
@@ -116,13 +110,8 @@ std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
     return free;
 }
 
-bool is_locked(const ViewState& state, uint16_t label) {
-    return std::binary_search(state.notes.locked_labels.begin(), state.notes.locked_labels.end(),
-                              label);
-}
-
 void Work::export_measures(const ViewState& state, const std::string& path) {
-    if (!threaded_) {
+    if (!threaded()) {
         message_ = "a script saves nothing";
         return;
     }

@@ -10,7 +10,7 @@
 namespace palpate::view {
 
 ToolFor Work::tool_for() const {
-    return {subject_.grid, subject_.range, session_.parameters().iso, grey_, labels_};
+    return {subject_.grid, subject_.range, session().parameters().iso, grey_name(), labels_name()};
 }
 
 // Gives the buttons of the hand their tools; makes a label map to draw on where there is none.
@@ -18,7 +18,7 @@ void Work::hold_tools(const ViewState& state) {
     const Carve carves[] = {state.stylus.first, state.stylus.second};
     for (uint8_t tool = 0; tool < Editor::kTools; ++tool) {
         if (!is_stroke(carves[tool])) {
-            rack_.lay_down(session_, tool);
+            rack_.lay_down(session(), tool);
             continue;
         }
         if (carves[tool] == Carve::seed) {
@@ -27,21 +27,21 @@ void Work::hold_tools(const ViewState& state) {
                 continue; // they come with one of the next frames
             seeds_asked_ = !are_there;
         }
-        if (is_on_labels(carves[tool]) && !edited().document.find(labels_)) {
-            if (labels_asked_ || !put_labels())
+        if (is_on_labels(carves[tool]) && !edited().document.find(labels_name())) {
+            if (labels_asked_ || !make_labels())
                 continue; // comes with one of the next frames
             labels_asked_ = true;
         }
         if (std::optional<EditSetup> setup = edit_of(carves[tool], state.stylus.shape, state))
-            rack_.hold(session_, std::move(*setup), tool);
+            rack_.hold(session(), std::move(*setup), tool);
         else
-            rack_.lay_down(session_, tool);
+            rack_.lay_down(session(), tool);
     }
-    haptics::TouchParameters parameters = session_.parameters();
+    haptics::TouchParameters parameters = session().parameters();
     const double felt_mm = felt_radius_mm(state.radius_mm, subject_.grid);
     if (parameters.tool_radius_mm != felt_mm) {
         parameters.tool_radius_mm = felt_mm;
-        session_.feel(parameters);
+        session().feel(parameters);
     }
 }
 
@@ -74,7 +74,7 @@ void Work::obey_hand(const Order& order, const ViewState& state) {
 }
 
 void Work::measure_backlog(double time_s) {
-    const uint64_t done = edited().inputs_done, given = session_.inputs_given();
+    const uint64_t done = edited().inputs_done, given = session().inputs_given();
     while (!given_.empty() && given_.front().first <= done)
         given_.pop_front();
     if (given > done && (given_.empty() || given_.back().first < given))
@@ -114,12 +114,12 @@ void Work::follow_hand(ViewState& state, double time_s) {
     measure_backlog(time_s);
     if (touch_.running())
         hold_tools(state);
-    if (edited().document.find(labels_))
+    if (edited().document.find(labels_name()))
         labels_asked_ = false;
     if (state.stylus.buttons == 0)
         before_press_.reset();
     else if (!before_press_) // the servo does not know of the press yet
-        before_press_ = *edited().document.find(grey_);
+        before_press_ = *edited().document.find(grey_name());
     Stylus given = state.stylus;
     given.buttons = granted_buttons(state, time_s);
     touch_.frame(given, time_s);
@@ -148,40 +148,41 @@ void Work::move_by_hand(ViewState& state) {
     };
     if (presses(Carve::crosshair))
         move_crosshair(state, subject_.grid, now->proxy.position_mm);
+    PulledMesh* mesh = mesh_pulling_.mesh();
     if (!presses(Carve::pull)) {
-        if (std::exchange(hand_pull_, std::nullopt) && mesh_)
-            mesh_->let_go(true);
+        if (std::exchange(hand_pull_, std::nullopt) && mesh)
+            mesh->let_go(true);
         return;
     }
-    if (!mesh_) {
+    if (!mesh) {
         message_ = "there is no mesh to pull: the tab segment makes one of a label";
     } else if (hand_pull_) {
-        mesh_->pull(hand_pull_->held_mm + now->probe.position_mm - hand_pull_->from_mm);
-    } else if (const auto met = mesh_->near(now->proxy.position_mm, state.radius_mm)) {
-        mesh_->hold(*met, state.own.of<Pulling>().reach);
+        mesh->pull(hand_pull_->held_mm + now->probe.position_mm - hand_pull_->from_mm);
+    } else if (const auto met = mesh->near(now->proxy.position_mm, state.radius_mm)) {
+        mesh->hold(*met, state.own.of<Pulling>().reach);
         hand_pull_ = {*met, now->probe.position_mm};
     }
 }
 
 void Work::follow_milling(const ViewState& state, double time_s) {
-    const haptics::Milling milling = session_.milling();
+    const haptics::Milling milling = session().milling();
     const std::optional<TouchSample>& now = touch_.now();
     dust_.frame(milling.removed_mm3, now ? now->proxy.position_mm : glm::dvec3(0.0), time_s);
-    if (threaded_) // a script plays nothing
+    if (threaded()) // a script plays nothing
         sound_.frame(milling, touch_.running() && state.stylus.sound_on);
 }
 
 void Work::show_as_wanted(ViewState& state) {
-    const SeenAs now = seen_as(session_.scene());
+    const SeenAs now = seen_as(session().scene());
     if (now == state.seen_as)
         return;
-    Scene scene = session_.scene();
-    if (show_as(scene, state.seen_as, session_.parameters().iso, rays_))
-        session_.show(std::move(scene));
+    Scene scene = session().scene();
+    if (show_as(scene, state.seen_as, session().parameters().iso, rays_))
+        session().show(std::move(scene));
     else
         message_ = fmt::format("expected a scene that can be shown by {}, found one with {}",
                                name_of(state.seen_as), name_of(now));
-    state.seen_as = seen_as(session_.scene());
+    state.seen_as = seen_as(session().scene());
 }
 
 // Widgets act when they are pressed far enough; a slider follows as long as it is.
@@ -200,7 +201,7 @@ void Work::press_widgets(ViewState& state) {
         widget_down_ = share > (widget_down_ ? kReleased : kPressed);
         const bool goes_on = widget_down_ && is_dragged(widget.kind) && &touched == &touches.back();
         if ((begins || goes_on) && press_widget(state, widget, touched))
-            session_.undo();
+            session().undo();
     }
     const haptics::PlateTouch now =
         touch_.running() && touch_.now() ? touch_.now()->plate : haptics::PlateTouch();
@@ -211,11 +212,11 @@ void Work::press_widgets(ViewState& state) {
         return result;
     };
     if (plates(palette) != plates(palette_)) {
-        SessionSources sources = session_.sources();
+        SessionSources sources = session().sources();
         sources.touch.plates = palette.empty()
                                    ? nullptr
                                    : std::make_shared<const haptics::TouchPlates>(plates(palette));
-        session_.choose(std::move(sources));
+        session().choose(std::move(sources));
     }
     // Drawn anew where it is seen to have moved.
     constexpr double kStill_mm = 0.1;
@@ -233,9 +234,10 @@ std::vector<Work::HandSurface> Work::hand_surfaces(const ViewState& state) {
     if (touch_.running() && now)
         surfaces.push_back({{.style = {.color = {0.25, 0.8, 1.0}}},
                             tip_.at(state.stylus.shape, state.radius_mm, now->proxy)});
-    if (mesh_ && (state.tool == &kPullTool || state.stylus.can(Carve::pull)))
+    if (const PulledMesh* mesh = mesh_pulling_.mesh();
+        mesh && (state.tool == &kPullTool || state.stylus.can(Carve::pull)))
         surfaces.push_back({{.style = {.color = {1.0, 0.7, 0.25}, .opacity = 0.7}, .smooth = false},
-                            mesh_->surface()});
+                            mesh->surface()});
     if (!palette_.empty())
         surfaces.push_back({palette_layer(palette_, pressed_), palette_mesh_});
     return surfaces;
@@ -254,9 +256,9 @@ Json Work::dump_hand(const ViewState& state) {
               {"push_mm", stylus.push_mm},
               {"sound_on", stylus.sound_on},
               {"dust_shown", stylus.dust_shown},
-              {"removed_mm3", session_.milling().removed_mm3},
+              {"removed_mm3", session().milling().removed_mm3},
               {"grains", dust_.made()},
-              {"sound_level", milling_level(session_.milling())}};
+              {"sound_level", milling_level(session().milling())}};
     if (stylus.by_pointer)
         json["meant_mm"] = json_of(stylus.meant.position_mm);
     if (now) {

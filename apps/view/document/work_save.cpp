@@ -39,25 +39,25 @@ std::string Work::without_names(std::string message) const {
     message = without_name(std::move(message), said_, "(notes about the files are hidden)");
     // The longest come first: a path holds the name of its file.
     for (const std::string& name :
-         {project_ ? project_->folder().string() : "", path(), new_folder_, title_})
+         {project_ ? project_->folder().string() : "", path(), new_folder_, title()})
         message = without_name(std::move(message), name, "(name hidden)");
     return message;
 }
 
 bool Work::leaving_loses_edits() {
-    if (mesh_is_pulled())
+    if (mesh_pulling_.is_pulled())
         return true;
     const EditState now = edited();
     if (project_ || now.undo_steps == 0)
         return false;
-    Notes were = noted_.known();
+    Notes were = notes().known();
     const Notes at_first = notes_of(opened_.notes).value_or(Notes());
     were.clip_planes = at_first.clip_planes;
     were.label_styles = at_first.label_styles;
     were.window = at_first.window;
     Document same = now.document;
     same.notes = opened_.notes;
-    return recovered_steps_ > 0 || !same.is_same_as(opened_) || were != at_first;
+    return steps_file().recovered() > 0 || !same.is_same_as(opened_) || were != at_first;
 }
 
 bool Work::is_saving() const {
@@ -65,23 +65,23 @@ bool Work::is_saving() const {
 }
 
 void Work::save(const ViewState& state, const std::string& folder) {
-    if (!threaded_) {
+    if (!threaded()) {
         message_ = "a script saves nothing";
         return;
     }
-    noted_.keep(state.notes);
-    Scene scene = session_.scene();
+    notes().keep(state.notes);
+    Scene scene = session().scene();
     scene.camera = state.camera;
-    scene.fusion = fusion_; // and not what a segmentation shows for a while
+    scene.fusion = fusion(); // and not what a segmentation shows for a while
     scene.slice_transfer = grey_of(state);
-    session_.show(std::move(scene));
-    Kept kept = session_.kept();
+    session().show(std::move(scene));
+    Kept kept = session().kept();
     kept.crosshair_mm = state.crosshair_mm;
     kept.tool_radius_mm = state.radius_mm;
     kept.tool_label = state.label;
-    session_.keep(kept);
+    session().keep(kept);
     if (project_) {
-        if (Result<void> begun = project_->begin_save(session_); !begun)
+        if (Result<void> begun = project_->begin_save(session()); !begun)
             message_ = begun.error().message;
         return;
     }
@@ -94,13 +94,13 @@ void Work::save(const ViewState& state, const std::string& folder) {
         failed_save_ = {folder, message_};
         return;
     }
-    session_.settle();
+    session().settle();
     creating_ = folder;
-    creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
+    creation_.emplace(Project::begin_create_from(folder, session(), file(), loaded().modality));
 }
 
 void Work::begin_export(const ViewState& state, const std::string& path) {
-    if (!threaded_) {
+    if (!threaded()) {
         message_ = "a script saves nothing";
         return;
     }
@@ -108,9 +108,9 @@ void Work::begin_export(const ViewState& state, const std::string& path) {
         message_ = "writing; one file at a time";
         return;
     }
-    session_.settle(); // strokes under way are in it
+    session().settle(); // strokes under way are in it
     const EditState now = edited();
-    const Volume* labels = now.document.find(labels_);
+    const Volume* labels = now.document.find(labels_name());
     if (!labels) {
         message_ = "there are no labels to write: draw or segment first";
         return;
@@ -137,10 +137,10 @@ void Work::poll_export() {
 void Work::poll() {
     tell_step();
     poll_segmenting();
-    poll_mesh();
+    mesh_pulling_.poll();
     poll_export();
     if (creation_)
-        if (std::optional<Result<Project>> made = creation_->poll(session_)) {
+        if (std::optional<Result<Project>> made = creation_->poll(session())) {
             creation_.reset();
             if (!*made) {
                 message_ = made->error().message;
@@ -148,15 +148,15 @@ void Work::poll() {
                 return;
             }
             take_project(std::move(**made));
-            steps_file_.discard(); // it has them
-            title_ = project_->folder().filename().string();
+            steps_file().discard(); // it has them
+            set_title(project_->folder().filename().string());
             new_project_ = project_->folder().string();
             message_ = fmt::format("saved to {}; later steps are kept there as they are done",
                                    project_->folder().string());
         }
     if (!project_)
         return;
-    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))
+    if (const std::optional<Result<void>> ended = project_->poll(session(), profile::now_ns()))
         message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
                           : ended->error().message;
 }

@@ -25,17 +25,13 @@ Result<Volume> seeds_by_label(const Volume& seeds) {
 
 } // namespace
 
-Volume empty_labels(const Grid& grid) {
-    return VolumeBuilder(grid, ScalarType::u8).finish();
-}
-
 bool Work::put_seeds() {
     return edited().document.find(kSeeds) ||
-           session_.put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "seeds");
+           session().put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "seeds");
 }
 
 void Work::show_seeds(const ViewState& state) {
-    SessionSources sources = session_.sources();
+    SessionSources sources = session().sources();
     // Seen in yellow: what a method has come to, or what the bound that is dragged would give.
     const bool previews = segment_look_ || (state.segmenting.preview && strength_);
     std::optional<Volume> shown;
@@ -49,13 +45,13 @@ void Work::show_seeds(const ViewState& state) {
     if ((sources.overlay == kSeeds) != has_seeds || !same_fused) {
         sources.overlay = has_seeds ? kSeeds : "";
         sources.fused = shown;
-        session_.choose(std::move(sources));
+        session().choose(std::move(sources));
     }
-    Scene scene = session_.scene();
+    Scene scene = session().scene();
     if (has_seeds && !scene.overlay)
         scene.overlay = LabelLayer{};
     if (!previews) {
-        scene.fusion = fusion_;
+        scene.fusion = fusion();
     } else {
         const double at = segment_look_ ? 0.5 : *state.segmenting.preview;
         const bool below = !segment_look_ && is_object_below(*strength_->method);
@@ -64,8 +60,8 @@ void Work::show_seeds(const ViewState& state) {
         step.opacities = {{at, below ? 1.0 : 0.0}, {at, below ? 0.0 : 1.0}};
         scene.fusion = FusionLayer{step, 0.5};
     }
-    if (scene != session_.scene())
-        session_.show(std::move(scene));
+    if (scene != session().scene())
+        session().show(std::move(scene));
 }
 
 std::optional<double> Work::segmenting() const {
@@ -77,7 +73,7 @@ void Work::begin_segmenting(const ViewState& state) {
     if (!method || segmenting_)
         return;
     const EditState now = edited();
-    const Volume* labels = now.document.find(labels_);
+    const Volume* labels = now.document.find(labels_name());
     const Volume* seeds = now.document.find(kSeeds);
     if (method->takes_seeds && !(seeds && seeds->range().max > 0.0f)) {
         message_ = fmt::format("{}: paint seeds first (Q)", method->name);
@@ -87,7 +83,7 @@ void Work::begin_segmenting(const ViewState& state) {
     SegmentJob job{
         .method = method,
         .given = given == state.segmenting.given.end() ? ParameterValues() : given->second,
-        .volume = *now.document.find(grey_),
+        .volume = *now.document.find(grey_name()),
         .labels = labels ? *labels : empty_labels(subject_.grid),
         .outside = kSeedOf255,
         .locked = state.notes.locked_labels,
@@ -107,7 +103,7 @@ void Work::begin_bounding(const ViewState& state) {
     if (segmenting_ || !strength_ || !state.segmenting.preview)
         return;
     const EditState now = edited();
-    const Volume* labels = now.document.find(labels_);
+    const Volume* labels = now.document.find(labels_name());
     SegmentJob job{.method = strength_->method,
                    .given = {{"bound", *state.segmenting.preview}},
                    .volume = strength_->volume,
@@ -119,7 +115,7 @@ void Work::begin_bounding(const ViewState& state) {
 }
 
 void Work::run_segmenting(SegmentJob job) {
-    segmenting_ = std::make_unique<SegmentRun>(std::move(job), threaded_);
+    segmenting_ = std::make_unique<SegmentRun>(std::move(job), threaded());
     poll_segmenting();
 }
 
@@ -168,10 +164,10 @@ void Work::poll_segmenting() {
         return;
     }
     SegmentDone& done = **taken;
-    session_.settle();
+    session().settle();
     const EditState now = edited();
-    const Volume* labels = now.document.find(labels_);
-    const std::vector<uint16_t>& locked = noted_.known().locked_labels;
+    const Volume* labels = now.document.find(labels_name());
+    const std::vector<uint16_t>& locked = notes().known().locked_labels;
     const bool changes = !done.labels.is_same_as(job.labels);
     // A person has gone on drawing, or has locked a label. While a hand draws without a pause, this
     // goes on, and the result comes after.
@@ -197,16 +193,16 @@ void Work::poll_segmenting() {
         parameters[name] = value;
     const std::string title =
         job.again ? fmt::format("{}, bounded anew", job.method->name) : job.method->name;
-    Notes notes = noted_.known();
-    notes.bound.reset();
+    Notes after = notes().known();
+    after.bound.reset();
     if (done.strength)
-        notes.bound = {done.strength->method->name, done.strength->id, done.strength->bound};
-    const NotePages::Texts noted = noted_.changes_to(notes);
-    if (changes ? !session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
-                                std::move(parameters), noted)
-                : !session_.note(noted, "bound", false))
+        after.bound = {done.strength->method->name, done.strength->id, done.strength->bound};
+    const NotePages::Texts noted = notes().changes_to(after);
+    if (changes ? !session().put({labels_name(), VolumeKind::labels, std::move(done.labels)}, title,
+                                 std::move(parameters), noted)
+                : !session().note(noted, "bound", false))
         return;
-    noted_.expect_change();
+    notes().expect_change();
     strength_ = std::move(done.strength);
     if (strength_)
         keep_strength();

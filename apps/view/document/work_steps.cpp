@@ -8,14 +8,14 @@ namespace palpate::view {
 
 void Work::step_back(bool is_undo) {
     size_t redo_steps = edited().redo_steps;
-    const auto step = [&] { return is_undo ? session_.undo() : session_.redo(); };
+    const auto step = [&] { return is_undo ? session().undo() : session().redo(); };
     if (!step()) { // a long way back: the editor comes after
-        session_.settle();
+        session().settle();
         redo_steps = edited().redo_steps;
         step();
     }
-    stepping_ = {is_undo, redo_steps, session_.commands_given()};
-    noted_.expect_change();
+    stepping_ = {is_undo, redo_steps, session().commands_given()};
+    notes().expect_change();
 }
 
 // Says which step was undone or redone, once all that was asked for is done.
@@ -28,17 +28,17 @@ void Work::tell_step() {
     const Stepping asked = *std::exchange(stepping_, std::nullopt);
     if (now.redo_steps == asked.redo_steps)
         return; // it was refused
-    const std::vector<std::string> titles = session_.step_titles();
+    const std::vector<std::string> titles = session().step_titles();
     const size_t step = now.undo_steps - (asked.is_undo ? 0 : 1);
     if (step < titles.size())
         message_ = fmt::format("{}: {}", asked.is_undo ? "undone" : "redone", titles[step]);
 }
 
 void Work::follow_notes(ViewState& state, bool is_busy) {
-    const std::optional<Notes::Bound> before = noted_.known().bound;
-    noted_.follow(state, is_busy || widget_down_);
-    if (noted_.known().bound != before)
-        follow_bound(noted_.known().bound);
+    const std::optional<Notes::Bound> before = notes().known().bound;
+    notes().follow(state, is_busy || widget_down_);
+    if (notes().known().bound != before)
+        follow_bound(notes().known().bound);
 }
 
 void Work::follow_bound(const std::optional<Notes::Bound>& bound) {

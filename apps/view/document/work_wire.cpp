@@ -11,7 +11,7 @@ namespace palpate::view {
 
 std::vector<glm::uvec3> Work::wire_path(glm::uvec3 from, glm::uvec3 to, int axis) {
     const EditState now = edited();
-    const Volume& grey = *now.document.find(grey_);
+    const Volume& grey = *now.document.find(grey_name());
     glm::uvec3 first(0), size = grey.size();
     first[axis] = from[axis];
     size[axis] = 1;
@@ -36,9 +36,9 @@ std::vector<glm::uvec3> Work::wire_path(glm::uvec3 from, glm::uvec3 to, int axis
 }
 
 void Work::fill_wire(const ViewState& state) {
-    session_.settle();
+    session().settle();
     const EditState now = edited();
-    const Volume* labels = now.document.find(labels_);
+    const Volume* labels = now.document.find(labels_name());
     const Volume map = labels ? *labels : empty_labels(subject_.grid);
     const ScalarType type = state.label > 255 ? ScalarType::u16 : ScalarType::u8;
     VolumeEdit inside(VolumeBuilder(subject_.grid, type).finish());
@@ -58,7 +58,8 @@ void Work::fill_wire(const ViewState& state) {
     const Json parameters{{"axis", wiring.axis},
                           {"slice", wiring.closed.front()[wiring.axis]},
                           {"label", state.label}};
-    if (session_.put({labels_, VolumeKind::labels, std::move(*merged)}, "live-wire", parameters))
+    if (session().put({labels_name(), VolumeKind::labels, std::move(*merged)}, "live-wire",
+                      parameters))
         message_ = fmt::format("live-wire: {} samples of label {}", samples.size(),
                                name_of_label(state.label));
 }

@@ -329,11 +329,11 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
                                  : state.names_hidden  ? "another file opens"
                                                        : state.leaving->path + " opens";
         ImGui::TextUnformatted(fmt::format("Save them before {}?", next).c_str());
-        const bool pulled = work.mesh_is_pulled();
+        const bool pulled = work.mesh_pulling().is_pulled();
         if (pulled)
-            ImGui::TextUnformatted(
-                fmt::format("The pulled mesh is put into label {} first.", work.mesh()->label())
-                    .c_str());
+            ImGui::TextUnformatted(fmt::format("The pulled mesh is put into label {} first.",
+                                               work.mesh_pulling().mesh()->label())
+                                       .c_str());
         if (ImGui::Button("save")) {
             state.leaving->saving = true;
             state.leaving->applying = pulled;

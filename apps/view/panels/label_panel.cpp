@@ -223,7 +223,7 @@ void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Ord
     };
     const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
     ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
-    ImGui::BeginDisabled(work.meshing().has_value());
+    ImGui::BeginDisabled(work.mesh_pulling().share().has_value());
     button("largest piece", "labels/largest", Order::Kind::keep_largest);
     ImGui::SameLine();
     button("fill holes", "labels/fill", Order::Kind::fill_holes);

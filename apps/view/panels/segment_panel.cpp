@@ -172,14 +172,14 @@ void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Orde
             orders.push_back({kind, {}, time_s_});
         return pressed;
     };
-    if (const auto share = work.meshing()) {
+    if (const auto share = work.mesh_pulling().share()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
         ImGui::SameLine();
         button("cancel##mesh", "cancel", Order::Kind::mesh_drop);
         return;
     }
-    if (!work.mesh()) {
+    if (!work.mesh_pulling().mesh()) {
         const std::string name = fmt::format("mesh of label {}", state.label);
         if (button(name.c_str(), "make", Order::Kind::mesh_make))
             state.tool = &kPullTool;
@@ -193,7 +193,7 @@ void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Orde
     if (ImGui::SliderInt("patch", &reach, 0, 12, "%d faces", ImGuiSliderFlags_AlwaysClamp))
         pulling.reach = static_cast<uint32_t>(reach);
     note("mesh/reach");
-    button(fmt::format("into label {}", work.mesh()->label()).c_str(), "apply",
+    button(fmt::format("into label {}", work.mesh_pulling().mesh()->label()).c_str(), "apply",
            Order::Kind::mesh_apply);
     ImGui::SameLine();
     button("drop", "drop", Order::Kind::mesh_drop);

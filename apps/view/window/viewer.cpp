@@ -48,7 +48,7 @@ void Viewer::begin(Source source) {
                                    options_.threaded);
     work_->touch().set_up(options_.hand);
     state_ = work_->subject().home;
-    state_.recovered_steps = work_->recovered_steps();
+    state_.recovered_steps = work_->steps_file().recovered();
     if (options_.display)
         use_profile(state_.stereo, *options_.display);
     if (options_.volume_alone) {

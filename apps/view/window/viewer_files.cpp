@@ -99,7 +99,7 @@ void Viewer::ask_to_leave(Leaving leaving) {
 void Viewer::leave() {
     const Leaving leaving = *std::exchange(state_.leaving, std::nullopt);
     if (leaving.closes) {
-        work_->drop_steps();
+        work_->steps_file().drop();
         done_ = true;
     } else {
         open(leaving.path, leaving.series);
@@ -127,9 +127,9 @@ void Viewer::ask_where_again() {
 
 void Viewer::leave_when_saved() {
     if (!state_.leaving || !state_.leaving->saving || state_.saving_open || work_->is_saving() ||
-        (state_.leaving->applying && work_->meshing()))
+        (state_.leaving->applying && work_->mesh_pulling().share()))
         return;
-    if (std::exchange(state_.leaving->applying, false) && !work_->mesh_is_pulled())
+    if (std::exchange(state_.leaving->applying, false) && !work_->mesh_pulling().is_pulled())
         save({Order::Kind::save, {}, time_s_});
     else if (work_->leaving_loses_edits())
         state_.leaving.reset(); // the save was cancelled, or failed and says why
@@ -220,7 +220,7 @@ void Viewer::take_opened(Result<Source> opened) {
     if (!opened)
         return tell_unopened(opened.error(), path);
     const ViewState before = state_;
-    work_->drop_steps();
+    work_->steps_file().drop();
     begin(std::move(*opened));
     return_free_memory_now(); // of the document that was open
     state_.names_hidden = before.names_hidden;

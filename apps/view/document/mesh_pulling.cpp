@@ -1,0 +1,145 @@
+#include "apps/view/document/mesh_pulling.h"
+
+#include "apps/palpate/surface_labels.h"
+#include "apps/view/document/mesh_run.h"
+#include "apps/view/tools/mesh_tool.h"
+#include "engine/segment/components.h"
+#include "engine/segment/label_merge.h"
+#include "engine/segment/mesh_fit.h"
+
+namespace palpate::view {
+
+MeshPulling::MeshPulling(OpenDocument& document) : document_(document) {}
+MeshPulling::~MeshPulling() = default;
+
+std::optional<double> MeshPulling::share() const {
+    return run_ ? std::optional(run_->share.load()) : std::nullopt;
+}
+
+// Runs `work` on the labels, on a thread of its own if there are threads.
+template <class Make>
+void MeshPulling::start(uint16_t label, Make make) {
+    run_.reset(new MeshRun{label, document_.labels_or_empty()});
+    run_->done = std::async(document_.threaded() ? std::launch::async : std::launch::deferred,
+                            [run = run_.get(), make] {
+                                Result<MeshRun::Done> done = make(*run);
+                                if (done && done->labels) {
+                                    done->count_before = count_labels(run->before)[run->label];
+                                    done->count = count_labels(*done->labels)[run->label];
+                                }
+                                return done;
+                            });
+    if (!document_.threaded())
+        run_->done.wait();
+    poll();
+}
+
+void MeshPulling::obey(const Order& order, const ViewState& state) {
+    switch (order.kind) {
+        case Order::Kind::mesh_make:
+            if (!run_)
+                start(state.label,
+                      [volume = document_.grey()](MeshRun& run) -> Result<MeshRun::Done> {
+                          PALPATE_TRY(MeshFit fit, fit_mesh(volume, run.before,
+                                                            {.label = run.label}, run.task()));
+                          return MeshRun::Done{std::move(fit.mesh)};
+                      });
+            break;
+        case Order::Kind::mesh_apply:
+            if (!run_ && mesh_)
+                start(mesh_->label(),
+                      [mesh = mesh_->mesh(),
+                       locked = state.notes.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
+                          PALPATE_TRY(const Volume found,
+                                      rasterised(mesh, run.before.grid(), run.label,
+                                                 run.task().part(0.0, 0.8)));
+                          const uint16_t of[] = {run.label};
+                          PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
+                                                                 run.task().part(0.8, 1.0)));
+                          return MeshRun::Done{
+                              {}, std::move(labels), "pulled mesh", "by the mesh", true};
+                      });
+            break;
+        case Order::Kind::mesh_drop:
+            if (run_)
+                run_->stop.request_stop();
+            else
+                mesh_.reset();
+            break;
+        case Order::Kind::pull_down:
+            if (mesh_)
+                mesh_->hold(order.at_mm, state.own.of<Pulling>().reach);
+            break;
+        case Order::Kind::pull_move:
+            if (mesh_)
+                mesh_->pull(order.at_mm);
+            break;
+        case Order::Kind::pull_up:
+        case Order::Kind::pull_cancel:
+            if (mesh_)
+                mesh_->let_go(order.kind == Order::Kind::pull_up);
+            break;
+        default: // keep_largest, fill_holes
+            clean(order, state);
+    }
+}
+
+void MeshPulling::poll() {
+    if (!run_ || run_->done.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    Result<MeshRun::Done> done = run_->done.get();
+    const std::unique_ptr<MeshRun> run = std::move(run_);
+    if (!done) {
+        document_.tell(done.error().message);
+        return;
+    }
+    if (done->mesh) {
+        mesh_.emplace(std::move(*done->mesh), run->label);
+        return;
+    }
+    const std::optional<Volume> labels = document_.labels();
+    const bool is_unchanged = done->is_of_mesh ? done->labels->is_same_as(run->before)
+                                               : done->count == done->count_before;
+    if (labels && !labels->is_same_as(run->before)) {
+        document_.tell("the labels have changed meanwhile: try again");
+    } else if (is_unchanged) {
+        document_.tell(
+            std::string_view(done->step) == "fill holes"
+                ? fmt::format("label {}: it has no hole that is closed in 3D (in a slice one may "
+                              "look closed)",
+                              run->label)
+                : fmt::format("label {} {}: no sample changes", run->label, done->told));
+        if (mesh_ && done->is_of_mesh)
+            mesh_->mark_applied();
+    } else {
+        if (!document_.put_labels(std::move(*done->labels), done->step))
+            return;
+        const double ml = 1e-3 * document_.label_sample_mm3().value_or(0.0);
+        document_.tell(fmt::format("label {}: {:.1f} ml {}, {:.1f} ml before", run->label,
+                                   ml * static_cast<double>(done->count), done->told,
+                                   ml * static_cast<double>(done->count_before)));
+        if (done->is_of_mesh)
+            mesh_.reset();
+    }
+}
+
+void MeshPulling::clean(const Order& order, const ViewState& state) {
+    if (run_)
+        return;
+    if (is_locked(state, state.label)) {
+        document_.tell(fmt::format("label {} is locked", state.label));
+        return;
+    }
+    const bool fills = order.kind == Order::Kind::fill_holes;
+    start(state.label, [fills](MeshRun& run) -> Result<MeshRun::Done> {
+        PALPATE_TRY(Volume labels,
+                    fills ? fill_holes(run.before, {.label = run.label}, run.task())
+                          : remove_islands(run.before, {.label = run.label, .largest_alone = true},
+                                           run.task()));
+        if (fills)
+            return MeshRun::Done{{}, std::move(labels), "fill holes", "with its holes filled"};
+        return MeshRun::Done{{}, std::move(labels), "largest piece", "in its largest piece"};
+    });
+}
+
+} // namespace palpate::view

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "apps/view/document/open_document.h"
+#include "apps/view/document/pulled_mesh.h"
+
+namespace palpate::view {
+
+struct MeshRun;
+
+// The mesh that a person pulls, from its making of a label to its end as one; and the cleaning of
+// a label. What takes a while runs on a thread of its own, one at a time.
+class MeshPulling {
+ public:
+    explicit MeshPulling(OpenDocument& document);
+    ~MeshPulling(); // stops what runs, and waits
+
+    // Does what an order of meshes, of their pulls, or of cleaning a label asks for.
+    void obey(const Order& order, const ViewState& state);
+    void poll(); // for each frame
+
+    PulledMesh* mesh() { return mesh_ ? &*mesh_ : nullptr; } // null: there is none
+    bool is_pulled() const { return mesh_ && mesh_->is_pulled(); }
+    std::optional<double> share() const; // of what runs, 0 .. 1; none: nothing does
+
+ private:
+    template <class Make>
+    void start(uint16_t label, Make make);
+    void clean(const Order& order, const ViewState& state);
+
+    OpenDocument& document_;
+    std::optional<PulledMesh> mesh_;
+    std::unique_ptr<MeshRun> run_;
+};
+
+} // namespace palpate::view

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/view/document/notes_link.h"
+#include "apps/view/document/opening.h"
+
+namespace palpate::view {
+
+// A series of a DICOM folder.
+struct SeriesLine {
+    uint32_t number = 0;  // from 1, as --series takes it
+    std::string text;     // "CT 'head', 30 images of 512 x 512 axial"
+    std::string nameless; // the same without the description, which may hold a patient's name
+    bool is_open = false;
+
+    const std::string& shown(bool names_hidden) const { return names_hidden ? nameless : text; }
+};
+// Those that the reader's messages list: "series 1 of 3: CT 'head', 30 images of .., UID (read)".
+std::vector<SeriesLine> series_in(const std::vector<std::string>& notes);
+
+// The readers' notes as one message, without the lists of series: warnings first. If they are long,
+// the first sentences, and how many more there are on standard error. The volume's path is replaced
+// by its title, if it has one.
+std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title);
+
+// The document that is open: its session, its file, its volumes and notes as they are now, and the
+// message that a person reads next. The parts of a window's work (work.h) reach it through this.
+class OpenDocument {
+ public:
+    // Takes the session out of the source.
+    OpenDocument(Source& source, glm::uvec2 window_px, double text_scale, bool threaded);
+
+    static constexpr const char* kGrey = "volume";
+    static constexpr const char* kLabels = "labels";
+    static constexpr const char* kSeeds = "seeds"; // Segmentation's
+
+    bool threaded() const { return threaded_; }
+    Session& session() { return session_; }
+    const Session& session() const { return session_; }
+    const Subject& subject() const { return subject_; }
+    NotesLink& notes() { return notes_; }
+    StepsFile& steps_file() { return steps_file_; }
+
+    const SceneFile& file() const { return file_; }
+    const std::string& path() const { return file_.volume; } // of the volume
+    const std::string& title() const { return title_; }      // the file's or the project's name
+    void set_title(std::string title) { title_ = std::move(title); }
+    const LoadedScene& loaded() const { return loaded_; }
+    const std::vector<SeriesLine>& series() const { return series_; }
+    const std::string& unit() const { return unit_; } // of the values
+    double zero_hu() const { return zero_hu_; }       // the value that stands for 0 HU in a CT
+
+    void tell(std::string message) { message_ = std::move(message); }
+    void tell_also(const std::string& message); // beside what is to be told already
+
+    // The newest of what is edited.
+    EditState edited() { return session_.state(); }
+    Volume grey();
+    std::optional<Volume> labels(); // none: a project without a map
+    Volume labels_or_empty();
+    bool has_labels();                               // any samples of a label
+    std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where it has a name
+    std::optional<double> label_sample_mm3();        // that a sample of labels stands for
+    // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
+    std::string text_at(glm::dvec3 point_mm);
+
+    const std::string& grey_name() const { return grey_; }
+    const std::string& labels_name() const { return labels_; }
+    // Labels become these, as one step. False, as of all commands: too many at once.
+    bool put_labels(Volume labels, std::string step, Json parameters = Json::object(),
+                    NotePages::Texts notes = {});
+    bool make_labels(); // empty ones, where there are none
+    // Labels of a file take the place of those that are there, as one step. On the volume's grid.
+    void take_labels(LoadedVolume labels);
+
+    // How another volume is shown over the slices, if no segmentation is seen there.
+    const std::optional<FusionLayer>& fusion() const { return fusion_; }
+    void show_fused(FusionLayer layer) { fusion_ = std::move(layer); }
+
+ protected:
+    std::string message_;
+    Subject subject_;
+
+ private:
+    // The value of a sample at a point of the document; none outside, or without the volume.
+    std::optional<float> value_at(const std::string& volume, glm::dvec3 point_mm);
+
+    const bool threaded_;
+    SceneFile file_;
+    std::string title_;
+    LoadedScene loaded_;
+    std::string unit_;
+    double zero_hu_;
+    std::vector<SeriesLine> series_;
+    StepsFile steps_file_; // outlives the session
+    Session session_;
+    NotesLink notes_;
+    std::string grey_, labels_;
+    std::optional<FusionLayer> fusion_;
+};
+
+// Whether a person has locked a label: no tool takes samples away from it.
+bool is_locked(const ViewState& state, uint16_t label);
+
+} // namespace palpate::view

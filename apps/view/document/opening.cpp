@@ -1,0 +1,174 @@
+#include "apps/view/document/opening.h"
+
+#include <algorithm>
+
+#include "apps/view/document/open_document.h"
+#include "engine/session/default_scene.h"
+#include "engine/session/feel.h"
+#include "engine/volume/builder.h"
+
+namespace palpate::view {
+
+namespace {
+
+// The scene behind the views: rays or meshes in 3D, colours for labels that a person may draw.
+Scene base_of(const OpenedScene& opened) {
+    Scene scene = opened.scene;
+    if (!scene.ray_cast && scene.surfaces.empty()) {
+        scene.slices.clear();
+        scene.ray_cast = default_ray_cast(RayMode::alpha, opened.loaded);
+        scene.camera = default_camera(scene, opened.loaded.data);
+    }
+    if (!scene.labels)
+        scene.labels = LabelLayer{};
+    return scene;
+}
+
+GreyWindow window_of(const TransferFunction& function, ValueRange range) {
+    if (!function.colors.empty() && function.colors.front().value < function.colors.back().value)
+        return {function.colors.front().value, function.colors.back().value};
+    return range.min < range.max ? GreyWindow{range.min, range.max}
+                                 : limited({range.min, range.min + 1.0}, range);
+}
+
+// The slices' transfer function that a scene has, or the default one.
+TransferFunction shown_grey(const Scene& scene, const LoadedScene& loaded) {
+    return scene.slice_transfer.colors.empty() ? default_slice_transfer(loaded)
+                                               : scene.slice_transfer;
+}
+
+// All pages of the document's notes: those that it has, and else what files say.
+NotePages all_notes(const SessionSetup& setup, const LoadedScene& loaded) {
+    Notes notes;
+    take_from_scene(notes, setup.scene);
+    notes.label_names = loaded.label_names;
+    const TransferFunction grey = shown_grey(setup.scene, loaded);
+    const GreyWindow window = window_of(grey, loaded.data.volume.range());
+    notes.window = {
+        window.low, window.high,
+        !grey.colors.empty() && grey.colors.front().color.x > grey.colors.back().color.x};
+    NotePages::Texts there = setup.document.notes.texts();
+    std::erase_if(there, [](const auto& page) { // a project has its own names
+        return page.second == "null" && (page.first == "window" || page.first == "label_names");
+    });
+    return pages_of(notes).with(there);
+}
+
+SessionSetup bare_setup_of(Source& source, bool threaded) {
+    const OpenedScene& opened = source.scene;
+    const SceneData& data = opened.loaded.data;
+    if (source.project) {
+        SessionSetup setup = std::move(source.project->setup);
+        if (setup.grey.empty())
+            setup.grey = setup.document.volumes.front().name;
+        if (setup.labels.empty())
+            setup.labels = OpenDocument::kLabels; // that a person may draw
+        std::optional<LabelLayer> of_seeds = std::move(setup.scene.overlay);
+        setup.scene = base_of(opened);
+        if (!setup.scene.overlay)
+            setup.scene.overlay = std::move(of_seeds);
+        setup.edit.threaded = threaded;
+        return setup;
+    }
+    SessionSetup setup{
+        .document = source.steps ? std::move(source.steps->document) : fresh_document(data),
+        .grey = OpenDocument::kGrey,
+        .labels = OpenDocument::kLabels,
+        .scene = base_of(opened)};
+    setup.parameters.iso = default_iso(opened.loaded); // where the walls of cuts are smooth
+    setup.edit.threaded = threaded;
+    if (source.steps && source.steps->journal) {
+        setup.edit.journal.emplace(std::move(*source.steps->journal));
+        setup.edit.journal_may_end = true;
+        setup.edit.begun = std::move(source.steps->history);
+    }
+    return setup;
+}
+
+// Whether values may be those of a CT in HU: from air to bone at least.
+bool seems_hu(const ValueRange& range) {
+    return range.min <= -900.0f && range.max >= 300.0f;
+}
+
+// 1 .. 9: for a CT its usual windows, for others the default one; then all values; then the usual
+// ones of a CT where no file says what the values are and they may be HU.
+void add_windows(Subject& subject, const LoadedScene& loaded) {
+    const auto add = [&](const std::string& name, double low, double high) {
+        subject.windows.push_back({low, high});
+        subject.window_names.push_back(name);
+    };
+    const auto add_all = [&] {
+        const GreyWindow all = window_of({}, subject.range);
+        add("all values", all.low, all.high);
+    };
+    const auto usual = window_of(default_slice_transfer(loaded), subject.range);
+    const auto add_usual = [&](const std::string& before) {
+        const double zero = zero_hu(loaded);
+        struct Usual {
+            const char* name;
+            double level, width;
+        };
+        for (const Usual& w : {Usual{"soft tissue", 40, 400},
+                               {"lung", -600, 1500},
+                               {"liver", 90, 150},
+                               {"bone", 480, 2500},
+                               {"brain", 40, 80}})
+            add(before + w.name, zero + w.level - 0.5 * w.width, zero + w.level + 0.5 * w.width);
+    };
+    if (loaded.modality == "CT") {
+        add_usual("");
+        add_all();
+    } else {
+        add("default", usual.low, usual.high);
+        add_all();
+        if (loaded.modality.empty() && seems_hu(subject.range))
+            add_usual("CT ");
+    }
+}
+
+} // namespace
+
+SessionSetup setup_of(Source& source, bool threaded) {
+    SessionSetup setup = bare_setup_of(source, threaded);
+    setup.document.notes = all_notes(setup, source.scene.loaded);
+    return setup;
+}
+
+Subject subject_of(const OpenedScene& opened, const Session& session, const Notes& notes) {
+    const Volume& volume = opened.loaded.data.volume;
+    Subject subject;
+    subject.grid = volume.grid();
+    subject.range = volume.range();
+    add_windows(subject, opened.loaded);
+    ViewState& home = subject.home;
+    home.slices = slice_views(subject.grid);
+    move_crosshair(home, subject.grid,
+                   session.kept().crosshair_mm.value_or(center_mm(subject.grid)));
+    home.camera = session.scene().camera;
+    home.stereo = stereo_view_of(opened.scene, home.camera);
+    if (!opened.scene.slices.empty()) {
+        home.slab_mm = opened.scene.slices.front().slab_mm;
+        home.slab_mode = opened.scene.slices.front().slab_mode;
+    }
+    if (opened.scene.fusion)
+        home.fusion_opacity = opened.scene.fusion->opacity;
+    if (const auto& overlay = session.scene().overlay)
+        home.overlay_opacity = overlay->slice_opacity;
+    if (opened.scene.labels)
+        home.outline_px = opened.scene.labels->outline_px;
+    home.seen_as = seen_as(session.scene());
+    home.notes = notes;
+    if (const std::optional<Notes::Window>& window = home.notes.window) { // it always is
+        home.window = {window->low, window->high};
+        home.window_inverted = window->is_inverted;
+    }
+    home.radius_mm = std::clamp(session.kept().tool_radius_mm.value_or(home.radius_mm), 0.1, 100.0);
+    home.label = session.kept().tool_label.value_or(home.label);
+    return subject;
+}
+
+Volume empty_labels(const Grid& grid) {
+    return VolumeBuilder(grid, ScalarType::u8).finish();
+}
+
+} // namespace palpate::view
