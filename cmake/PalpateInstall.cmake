@@ -44,6 +44,14 @@ if(TARGET palpate_python)
 endif()
 
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documentation)
+# The letters in the program have a licence of their own (OFL 1.1).
+set(notice /usr/share/doc/fonts-noto-core/copyright)
+if(PALPATE_LETTERS AND EXISTS ${notice})
+    set(name fonts-noto-core.copyright)
+    install(FILES ${notice} RENAME ${name} DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documentation)
+    install(FILES ${notice} RENAME ${name} DESTINATION share/palpate COMPONENT bundle EXCLUDE_FROM_ALL)
+    install(FILES ${notice} RENAME ${name} DESTINATION palpate COMPONENT wheel EXCLUDE_FROM_ALL)
+endif()
 install(DIRECTORY docs/guide docs/reference docs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}
         COMPONENT documentation)
 if(TARGET palpate)

@@ -174,7 +174,7 @@ const RecordedSteps kAllSessions[] = {
     {"slab_mode_round", "key \\; key \\; key \\", R"({"slab": {"mode": "maximum"}})"},
     {"slab_by_widget", "resize 900 1000; widget slices/thickness -0.03",
      R"({"slab": {"mm": 0, "mode": "maximum"}})"},
-    {"slab_by_widget_thick", "resize 900 1000; widget slices/thickness 0.704",
+    {"slab_by_widget_thick", "resize 900 1000; widget slices/thickness 0.74",
      R"({"slab": {"mm": 869.5652173913044}})"},
     {"outline_by_widget", "resize 900 1000; widget slices/outline -0.03",
      R"({"overlays": {"outline_px": 0}})"},

@@ -93,9 +93,27 @@ class ViewerTest : public ::testing::Test {
         frame({{.kind = Event::Kind::key, .modifiers = held, .down = true, .key = name}});
         frame({{.kind = Event::Kind::key, .modifiers = held, .key = name}});
     }
+    // Turns the wheel over the side panel, or that of touch, until a widget can be seen there.
+    void reveal(const std::string& id) {
+        const auto& widgets = viewer_->interface().widgets();
+        for (int turns = 0; turns < 60 && widgets.count(id); ++turns) {
+            const Box box = widgets.at(id);
+            const Places places = places_of(state());
+            const Box panel = places.tools.low_px.x <= box.low_px.x ? places.tools : places.touch;
+            const int middle = box.low_px.y + box.size_px.y / 2;
+            const double up = panel.low_px.y - middle,
+                         down = middle - panel.low_px.y - panel.size_px.y;
+            if (panel.size_px.y == 0 || (up <= 0.0 && down < 0.0))
+                return;
+            move(glm::dvec2(panel.low_px + panel.size_px / 2));
+            frame({{.kind = Event::Kind::wheel, .wheel = {0.0, up > 0.0 ? 1.0 : -1.0}}});
+            frame({});
+        }
+    }
     void click_widget(const std::string& id, double across = 0.0) {
         const auto& widgets = viewer_->interface().widgets();
         ASSERT_TRUE(widgets.count(id)) << id;
+        reveal(id);
         const Box box = widgets.at(id);
         click(glm::dvec2(box.low_px) +
               glm::dvec2(8.0 + across * (box.size_px.x - 16), 0.5 * box.size_px.y));

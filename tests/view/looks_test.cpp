@@ -1,0 +1,58 @@
+// Letters and colours of the interface.
+
+#include <gtest/gtest.h>
+
+#include "apps/view/drawing/letters.h"
+#include "apps/view/drawing/looks.h"
+
+namespace palpate::view {
+namespace {
+
+// By the definition of WCAG 2.1: 21 between black and white, and #767676 on white is known as the
+// lightest grey that passes 4.5.
+TEST(Looks, ContrastIsThatOfTheGuidelines) {
+    EXPECT_DOUBLE_EQ(contrast(0x000000, 0xFFFFFF), 21.0);
+    EXPECT_DOUBLE_EQ(contrast(0x123456, 0x123456), 1.0);
+    EXPECT_GE(contrast(0x767676, 0xFFFFFF), 4.5);
+    EXPECT_LT(contrast(0x777777, 0xFFFFFF), 4.5);
+    EXPECT_EQ(contrast(0x2F6FED, 0x1D2126), contrast(0x1D2126, 0x2F6FED));
+}
+
+TEST(Looks, LettersHaveAContrastOfFourAndAHalf) {
+    for (const bool light : {false, true}) {
+        const Theme& theme = theme_of(light);
+        for (const uint32_t letters : {theme.text, theme.second, theme.hint, theme.accent_text,
+                                       theme.good, theme.warning, theme.danger})
+            EXPECT_GE(contrast(letters, theme.panel), 4.5) << light << " " << std::hex << letters;
+        for (const uint32_t letters : {theme.text, theme.second})
+            for (const uint32_t ground : {theme.field, theme.line, theme.ground})
+                EXPECT_GE(contrast(letters, ground), 4.5) << light << " " << std::hex << letters;
+        EXPECT_GE(contrast(theme.on_accent, theme.accent), 4.5) << light;
+        // Handles are no letters: 3 is asked of them (WCAG 2.1, 1.4.11).
+        EXPECT_GE(contrast(theme.handle, theme.field), 3.0) << light;
+    }
+}
+
+// Digits are as wide as each other, so that numbers that change stand still; a line is 18 pixels.
+TEST(Looks, DigitsAreEquallyWide) {
+    for (const double scale : {1.0, 1.5, 2.0}) {
+        ImGui::CreateContext();
+        load_letters(scale);
+        ImFont* font = ImGui::GetIO().Fonts->Fonts[0];
+        const float width = font->GetCharAdvance('0');
+        for (ImWchar digit = '1'; digit <= '9'; ++digit)
+            EXPECT_EQ(font->GetCharAdvance(digit), width) << scale;
+        EXPECT_EQ(width, std::round(width)) << scale; // on whole pixels
+        if (!letters_file().empty()) {
+            EXPECT_EQ(font->FontSize, 18.0f * static_cast<float>(scale));
+            for (const ImWchar sign :
+                 {ImWchar(0xB3), ImWchar(0xB1), ImWchar(0x3B1), ImWchar(0x416)})
+                EXPECT_NE(font->FindGlyphNoFallback(sign), nullptr)
+                    << sign; // 3 above, +-, alpha, Zhe
+        }
+        ImGui::DestroyContext();
+    }
+}
+
+} // namespace
+} // namespace palpate::view
