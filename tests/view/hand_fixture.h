@@ -10,7 +10,7 @@ constexpr double kRadius_mm = 35.0; // of synthetic:ball, whose values at 500 ar
 // A hand on the mouse, in fixed time.
 class HandTest : public ViewerTest {
  protected:
-    Touch& touch() { return viewer().work().touch(); }
+    Touch& touch() { return viewer().work().hand().touch(); }
     const TouchSample& now() { return touch().now().value(); }
     void wait(double seconds) {
         for (; seconds > 0.0; seconds -= 0.1)

@@ -29,14 +29,14 @@ class HandMoves : public testing::Test {
                              .tool = {.position_mm = {from_mm + way * (to_mm - from_mm), 0, 0}},
                              .buttons = t > begin_s - 0.2 && t < end_s + 0.2 ? 1u : 0u});
         }
-        work_.touch().set_up(
+        work_.hand().touch().set_up(
             {.device = "exact", .path = haptics::HandPath(poses), .algorithm = "none"});
         work_.obey({Order::Kind::hand_start, {}, 0.0, {}}, state_);
-        ASSERT_TRUE(work_.touch().running()) << work_.take_message();
+        ASSERT_TRUE(work_.hand().touch().running()) << work_.take_message();
     }
     void wait(double seconds) {
         for (; seconds > 1e-9; seconds -= 0.05) {
-            work_.follow_hand(state_, time_s_);
+            work_.hand().follow(state_, time_s_);
             work_.session().settle();
             time_s_ += 0.05;
         }

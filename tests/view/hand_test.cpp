@@ -18,11 +18,11 @@ TEST_F(HandTest, AButtonWithoutAToolIsTold) {
     Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);
     ViewState state = work.subject().home;
     work.obey({Order::Kind::hand_start, {}, 0.0, {}}, state);
-    work.follow_hand(state, 1.0);
+    work.hand().follow(state, 1.0);
     (void)work.take_message();
     const auto press = [&](uint32_t buttons, double time_s) {
         state.stylus.buttons = buttons;
-        work.follow_hand(state, time_s);
+        work.hand().follow(state, time_s);
         return work.take_message();
     };
     EXPECT_NE(press(1, 1.1).find("this button does nothing yet"), std::string::npos);
@@ -88,8 +88,8 @@ TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
     ViewState state = work.subject().home;
     state.tool = &kCutTool;
     const auto at = [&](double time_s) {
-        work.follow_hand(state, time_s);
-        return work.backlog();
+        work.hand().follow(state, time_s);
+        return work.hand().backlog();
     };
     EXPECT_EQ(at(1.0).inputs, 0u);
     work.obey({Order::Kind::stroke_down, {30, 0, 0}, 1.5, {}}, state);
@@ -103,7 +103,7 @@ TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
     work.obey({Order::Kind::stroke_up, {31, 0, 0}, 4.5, {}}, state);
     EXPECT_EQ(at(5.0).seconds, 0.0); // since it was first seen
     EXPECT_EQ(at(7.0).seconds, 2.0);
-    EXPECT_GT(at(7.0).seconds, Work::kFarBehind_s);
+    EXPECT_GT(at(7.0).seconds, HandLink::kFarBehind_s);
     work.session().settle();
     EXPECT_EQ(at(7.1).seconds, 0.0);
 }
@@ -115,8 +115,8 @@ TEST_F(HandTest, OfARefusedStrokeNothingWaits) {
     ASSERT_TRUE(session.stroke(EditInput::Kind::down, {})); // without a tool
     ASSERT_TRUE(session.stroke(EditInput::Kind::move, {0.1, {}}));
     session.settle();
-    work.follow_hand(*std::make_unique<ViewState>(work.subject().home), 1.0);
-    EXPECT_EQ(work.backlog().inputs, 0u);
+    work.hand().follow(*std::make_unique<ViewState>(work.subject().home), 1.0);
+    EXPECT_EQ(work.hand().backlog().inputs, 0u);
 }
 
 TEST_F(HandTest, StartsWithoutForceAndOnlyAPersonArms) {

@@ -155,12 +155,12 @@ TEST_F(KeepingSteps, AreTheProjectsOnceTheyAreSaved) {
     Work work(source(), {800, 600}, 1.0, true);
     draw(work, 5.0);
     EXPECT_EQ(files(), 1u);
-    work.save(work.subject().home, file("work.palpate").string());
-    while (work.is_saving()) {
+    work.saving().save(work.subject().home, file("work.palpate").string());
+    while (work.saving().is_saving()) {
         work.poll();
         std::this_thread::yield();
     }
-    ASSERT_TRUE(work.has_project());
+    ASSERT_TRUE(work.saving().has_project());
     EXPECT_EQ(files(), 0u);
     draw(work, -5.0);
     EXPECT_EQ(files(), 0u);

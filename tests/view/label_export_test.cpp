@@ -135,7 +135,8 @@ TEST_F(ViewerTest, AProjectIsOfferedTheNameOfTheFileWithoutItsEnding) {
         Source source{open_synthetic("synthetic:ball?size=8")};
         source.scene.file.volume = file;
         open_scene(std::move(source), {400, 300});
-        EXPECT_EQ(viewer().work().new_folder(false), (fs::current_path() / folder).string());
+        EXPECT_EQ(viewer().work().saving().new_folder(false),
+                  (fs::current_path() / folder).string());
     }
 }
 

@@ -37,9 +37,9 @@ class Leaving : public TemporaryFolder {
     // The message to the person.
     std::string save(const std::filesystem::path& folder) {
         const bool lost = work_.leaving_loses_edits();
-        work_.save(state_, folder.string());
+        work_.saving().save(state_, folder.string());
         EXPECT_EQ(work_.leaving_loses_edits(), lost); // until it has ended
-        while (work_.is_saving()) {
+        while (work_.saving().is_saving()) {
             work_.poll();
             std::this_thread::yield();
         }
@@ -87,10 +87,10 @@ TEST_F(Leaving, MeasuresOfANewProjectThatCannotBeWrittenAreAskedFor) {
     EXPECT_TRUE(work_.leaving_loses_edits());
     write("file", "no folder");
     EXPECT_NE(save(file("file") / "work.palpate"), "");
-    EXPECT_FALSE(work_.has_project());
+    EXPECT_FALSE(work_.saving().has_project());
     EXPECT_TRUE(work_.leaving_loses_edits());
     EXPECT_NE(save(file("work.palpate")).find("saved to"), std::string::npos);
-    EXPECT_TRUE(work_.has_project());
+    EXPECT_TRUE(work_.saving().has_project());
     EXPECT_FALSE(work_.leaving_loses_edits());
 }
 
@@ -120,9 +120,9 @@ TEST_F(Leaving, MeasuresOfALaterSaveThatFailsAreKept) {
 // A measure that is made while a save is under way is a step after it.
 TEST_F(Leaving, MeasuresMadeDuringASaveAreKept) {
     measure();
-    work_.save(state_, file("work.palpate").string());
+    work_.saving().save(state_, file("work.palpate").string());
     measure();
-    while (work_.is_saving()) {
+    while (work_.saving().is_saving()) {
         work_.poll();
         std::this_thread::yield();
     }
@@ -171,16 +171,16 @@ TEST_F(SaveAndOpen, AFolderThatIsThereIsAskedForAgain) {
     EXPECT_EQ(viewer_.state().saving_failed,
               file("taken.palpate").string() + " is there already: choose another name");
     EXPECT_TRUE(viewer_.interface().widgets().count("save/failed"));
-    EXPECT_FALSE(work.is_saving());
+    EXPECT_FALSE(work.saving().is_saving());
     // A folder that cannot be made is found out later.
     press_control_s();
     type(file("none/deep.palpate"));
     frames_until([&] { return viewer_.state().saving_failed.find("deep") != std::string::npos; });
     EXPECT_TRUE(viewer_.state().saving_open);
-    EXPECT_FALSE(work.has_project());
+    EXPECT_FALSE(work.saving().has_project());
     press_control_s();
     type(file("free.palpate"));
-    frames_until([&] { return work.has_project(); });
+    frames_until([&] { return work.saving().has_project(); });
     frame({});
     EXPECT_FALSE(viewer_.state().saving_open);
     EXPECT_TRUE(viewer_.state().saving_failed.empty());
@@ -212,8 +212,8 @@ TEST_F(Leaving, AProjectKeepsTheRadiusAndTheLabelOfTheTool) {
         Work work(Source{open_synthetic("synthetic:ball?size=24")}, {800, 600}, 1.0, true);
         state_.radius_mm = 7.5;
         state_.label = 4;
-        work.save(state_, file("work.palpate").string());
-        while (work.is_saving()) {
+        work.saving().save(state_, file("work.palpate").string());
+        while (work.saving().is_saving()) {
             work.poll();
             std::this_thread::yield();
         }
@@ -229,10 +229,10 @@ TEST_F(Leaving, AProjectKeepsTheRadiusAndTheLabelOfTheTool) {
 }
 
 TEST_F(Leaving, AFolderThatIsThereIsNotOffered) {
-    const std::filesystem::path offered = work_.new_folder(false);
+    const std::filesystem::path offered = work_.saving().new_folder(false);
     EXPECT_FALSE(std::filesystem::exists(offered));
     std::filesystem::create_directory(offered);
-    const std::filesystem::path next = work_.new_folder(false);
+    const std::filesystem::path next = work_.saving().new_folder(false);
     std::filesystem::remove(offered);
     EXPECT_NE(next, offered);
     EXPECT_EQ(next.extension(), ".palpate");
@@ -241,7 +241,7 @@ TEST_F(Leaving, AFolderThatIsThereIsNotOffered) {
 
 // A document's messages are gone with it: a person does not take them to be about the next one.
 TEST_F(SaveAndOpen, NothingNamesTheOldProjectOnceTheNextFileIsShown) {
-    viewer_.work().save(viewer_.state(), file("first.palpate").string());
+    viewer_.work().saving().save(viewer_.state(), file("first.palpate").string());
     frames_until([&] { return !viewer_.interface().message().empty(); });
     EXPECT_NE(viewer_.interface().message().find("first.palpate"), std::string::npos);
     EXPECT_EQ(viewer_.title(), "first.palpate");

@@ -27,7 +27,7 @@ class MillingTest : public ViewerTest {
             frame({}, 0.1);
     }
     haptics::Milling milling() { return viewer().work().session().milling(); }
-    const DustCloud& dust() { return viewer().work().dust(); }
+    const DustCloud& dust() { return viewer().work().hand().dust(); }
     // Pixels of the view in 3D that differ between two pictures of the window.
     size_t changed(const Image& a, const Image& b) {
         const Box box = box_of(state(), Panel::volume).value();
@@ -49,7 +49,7 @@ TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
     const Volume before = *volume(Work::kGrey);
     key("x");
     wait(1.5);
-    ASSERT_TRUE(viewer().work().touch().running());
+    ASSERT_TRUE(viewer().work().hand().touch().running());
     const double removed_mm3 = milling().removed_mm3;
     EXPECT_GT(removed_mm3, 1.0);
     EXPECT_EQ(dust().made(), static_cast<uint64_t>(removed_mm3 / haptics::Dust::kGrain_mm3));
@@ -58,7 +58,7 @@ TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
     EXPECT_EQ(viewer().dump()["hand"]["grains"], dust().made());
     const double iso = viewer().work().session().parameters().iso;
     wait(5.0);
-    EXPECT_FALSE(viewer().work().touch().running()) << "the path is over";
+    EXPECT_FALSE(viewer().work().hand().touch().running()) << "the path is over";
     EXPECT_TRUE(dust().grains().empty()) << "dust settles";
     EXPECT_EQ(haptics::milling_level(milling()), 0.0);
     // The document itself tells the same by another way: all that is not solid any more.

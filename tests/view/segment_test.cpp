@@ -1,5 +1,6 @@
 // Seeds, methods and thresholds in the window.
 
+#include "apps/view/document/stroke_edit.h"
 #include "engine/segment/label_merge.h"
 #include "engine/volume/builder.h"
 #include "tests/view/recorded_session.h"
@@ -108,12 +109,12 @@ TEST_F(Segmentation, PutsTheMethodsResultIntoTheLabelsAsOneStep) {
 TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     paint_seeds();
     paint_outside();
-    EXPECT_GT(count_of(Work::kSeeds, Work::kOutside), 0u);
+    EXPECT_GT(count_of(Work::kSeeds, kOutsideSeed), 0u);
     choose("watershed");
     click_widget("segment/run");
     frame({});
     EXPECT_GT(count_of(Work::kLabels, 1.0f), 10u);
-    EXPECT_EQ(count_of(Work::kLabels, Work::kOutside), 0u);
+    EXPECT_EQ(count_of(Work::kLabels, kOutsideSeed), 0u);
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
 }
 
@@ -129,7 +130,7 @@ class SegmentBound : public Segmentation {
         move(glm::floor(low + glm::dvec2(to_share, 0.5) * size));
         frame({});
     }
-    const Strength& strength() { return viewer().work().strength().value(); }
+    const Strength& strength() { return viewer().work().segmentation().strength().value(); }
     size_t steps() { return viewer().work().edited().undo_steps; }
 };
 
@@ -138,7 +139,7 @@ TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     click_widget("tab/segment");
     click_widget("segment/run");
     frame({});
-    ASSERT_TRUE(viewer().work().strength());
+    ASSERT_TRUE(viewer().work().segmentation().strength());
     const double found = strength().bound;
     EXPECT_GE(found, strength().least);
     EXPECT_LE(found, strength().most);
@@ -256,7 +257,7 @@ TEST_F(SegmentBound, IsOfferedWhereAFrontMeetsNoBoundary) {
     EXPECT_NE(viewer().interface().message().find("drag `bound`"), std::string::npos);
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), drawn);
     EXPECT_EQ(steps(), steps_before);
-    ASSERT_TRUE(viewer().work().strength());
+    ASSERT_TRUE(viewer().work().segmentation().strength());
     EXPECT_TRUE(strength().is_unbounded);
     frame({});
     drag_bound(0.5, 0.6);
@@ -303,7 +304,7 @@ TEST_F(SegmentBound, UndoTakesABoundWithItsRun) {
     EXPECT_EQ(step("z"), found);
     key("z", {.ctrl = true});
     frame({});
-    EXPECT_FALSE(viewer().work().strength()); // as before the first segmentation
+    EXPECT_FALSE(viewer().work().segmentation().strength()); // as before the first segmentation
     EXPECT_EQ(step("y"), found);
     EXPECT_EQ(step("y"), first);
     EXPECT_EQ(step("y"), other);
@@ -321,7 +322,8 @@ TEST_F(Segmentation, AParameterBeginsAtWhatWasFound) {
     click_widget("segment/run");
     frame({});
     const auto found = [&] {
-        return viewer().work().found(*find_segment_method("fast-marching"), "threshold");
+        return viewer().work().segmentation().found(*find_segment_method("fast-marching"),
+                                                    "threshold");
     };
     const double by_front = found().value();
     click_widget("segment/give/threshold");

@@ -129,7 +129,7 @@ class Soak : public TemporaryFolder {
             events.front().time_s = now_s;
             viewer.frame(std::move(events), now_s);
             ASSERT_FALSE(viewer.failure()) << *viewer.failure();
-            Touch& touch = viewer.work().touch();
+            Touch& touch = viewer.work().hand().touch();
             if (!touch.running() || now_s - restarted_s > kPath_s) {
                 count_ticks(viewer);
                 HandOptions options = touch.options();
@@ -151,7 +151,8 @@ class Soak : public TemporaryFolder {
     }
 
     void count_ticks(Viewer& viewer) {
-        if (const haptics::Telemetry* telemetry = viewer.work().touch().telemetry(); telemetry) {
+        if (const haptics::Telemetry* telemetry = viewer.work().hand().touch().telemetry();
+            telemetry) {
             ticks_ += telemetry->ticks;
             skipped_ += telemetry->skipped;
             refused_ += telemetry->poses_refused;
@@ -169,7 +170,7 @@ TEST_F(Soak, MemoryIsFlatAndNoTickIsMissedByOurDoing) {
     return_freed_memory(); // as the program
     GpuDevice pictures(headless_device("", false)), interface(headless_device("", false));
     std::unique_ptr<Viewer> viewer = open(pictures, interface, std::nullopt, 1);
-    viewer->work().touch().arm();
+    viewer->work().hand().touch().arm();
     // The lowest in each minute: what is seen, as rays or as a surface or as both, and how many
     // steps can be undone, changes within it by 30 MiB, and each file passes through the least.
     std::vector<double> lowest_mib;
@@ -178,7 +179,7 @@ TEST_F(Soak, MemoryIsFlatAndNoTickIsMissedByOurDoing) {
         lowest_mib.resize(std::max(lowest_mib.size(), minute + 1), resident_mib());
         lowest_mib[minute] = std::min(lowest_mib[minute], resident_mib());
     });
-    viewer->work().touch().stop();
+    viewer->work().hand().touch().stop();
     viewer->work().session().settle();
     const EditState state = viewer->work().edited();
     // A tick that the machine gives no processor is not of our doing; one that computes for longer
@@ -208,7 +209,7 @@ TEST_F(Soak, DISABLED_WorksUntilItIsKilled) {
     std::optional<Project::Opened> project = Project::open(folder).value();
     const auto seed = static_cast<uint64_t>(::getpid());
     std::unique_ptr<Viewer> viewer = open(pictures, interface, std::move(project), seed);
-    viewer->work().touch().arm();
+    viewer->work().hand().touch().arm();
     Steps last;
     work(*viewer, interface, 3600.0, seed, false, [&](double) {
         const EditState state = viewer->work().edited();

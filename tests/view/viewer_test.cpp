@@ -310,7 +310,7 @@ TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
     EXPECT_EQ(told({"f/no_meta.dcm: is passed over"}, {list, "f: 3 files are no DICOM"}),
               "f/no_meta.dcm: is passed over; f: 3 files are no DICOM");
     // Names of other files of the folder may tell who the patient is.
-    EXPECT_EQ(viewer().work().without_names(viewer().interface().message()),
+    EXPECT_EQ(viewer().work().saving().without_names(viewer().interface().message()),
               "(notes about the files are hidden)");
     const std::string one(200, 'a');
     EXPECT_EQ(told({one, one, one}, {}), one + "; and 2 more on standard error");
@@ -324,10 +324,11 @@ TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
 TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
     open("synthetic:ball?size=24");
     const Work& work = viewer().work();
-    EXPECT_EQ(work.without_names("synthetic:ball?size=24: no"), "(name hidden): no");
-    EXPECT_EQ(work.without_names("nothing"), "nothing");
+    EXPECT_EQ(work.saving().without_names("synthetic:ball?size=24: no"), "(name hidden): no");
+    EXPECT_EQ(work.saving().without_names("nothing"), "nothing");
     EXPECT_EQ(without_name("a.a.b", "a", "aa"), "aa.aa.b");
-    EXPECT_EQ(work.new_folder(true), (std::filesystem::current_path() / "work.palpate").string());
+    EXPECT_EQ(work.saving().new_folder(true),
+              (std::filesystem::current_path() / "work.palpate").string());
 }
 
 // Lines at the bottom: none is cut, nor covers what stands at the right.

@@ -30,9 +30,9 @@ Json shape_json(TipShape shape, double radius_mm) {
     return {{"kind", "ball"}, {"radius_mm", radius_mm}};
 }
 
-Tool tool_of(const Json& shape) {
+palpate::Tool tool_of(const Json& shape) {
     JsonErrors errors{"shape", {}};
-    Tool tool = read_tool(JsonValue(shape, "", errors));
+    palpate::Tool tool = read_tool(JsonValue(shape, "", errors));
     PALPATE_ASSERT(!errors.first);
     return tool;
 }
@@ -105,7 +105,7 @@ std::shared_ptr<const Mesh> TipMesh::at(TipShape shape, double radius_mm, const 
     if (mesh_.positions.empty() || shape != shape_ || radius_mm != radius_mm_) {
         shape_ = shape;
         radius_mm_ = radius_mm;
-        const Tool tool = tool_of(shape_json(shape, radius_mm));
+        const palpate::Tool tool = tool_of(shape_json(shape, radius_mm));
         const BoxMm box = tool.shape->bounds();
         constexpr double kCells = 20.0; // across the shape's shortest side
         const glm::dvec3 size = box.high - box.low;

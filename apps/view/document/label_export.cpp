@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "apps/palpate/surface_labels.h"
+#include "apps/view/document/free_name.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
 #include "engine/surface/surface_nets.h"
@@ -36,6 +37,31 @@ Result<std::string> export_labels(const Volume& labels, uint16_t label,
     PALPATE_TRY(save_mesh(path, mesh, {.stop = stop}));
     return fmt::format("label {}: {} triangles written to {}", label, mesh.triangles.size(),
                        path.string());
+}
+
+void LabelExport::begin(uint16_t label, const std::string& path) {
+    if (!document_.threaded())
+        return document_.tell("a script saves nothing");
+    if (done_.valid())
+        return document_.tell("writing; one file at a time");
+    document_.session().settle();
+    const std::optional<Volume> labels = document_.labels();
+    if (!labels)
+        return document_.tell("there are no labels to write: draw or segment first");
+    std::error_code ignored;
+    const auto file = std::filesystem::absolute(free_name(path), ignored);
+    done_ =
+        std::async(std::launch::async, [labels = *labels, label, file, stop = stop_.get_token()] {
+            return export_labels(labels, label, file, stop);
+        });
+    document_.tell(fmt::format("writing {} ..", file.string()));
+}
+
+void LabelExport::poll() {
+    if (!done_.valid() || done_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    const Result<std::string> done = done_.get();
+    document_.tell(done ? *done : done.error().message);
 }
 
 } // namespace palpate::view

@@ -5,8 +5,7 @@
 #include <stop_token>
 #include <string>
 
-#include "engine/base/error.h"
-#include "engine/volume/volume.h"
+#include "apps/view/document/open_document.h"
 
 namespace palpate::view {
 
@@ -17,12 +16,20 @@ namespace palpate::view {
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop);
 
-// Under way on a thread of its own.
-struct LabelExport {
-    ~LabelExport() { stop.request_stop(); }
+// Exports of a document's labels, on a thread of its own, one at a time.
+class LabelExport {
+ public:
+    explicit LabelExport(OpenDocument& document) : document_(document) {}
+    ~LabelExport() { stop_.request_stop(); }
 
-    std::stop_source stop{};
-    std::future<Result<std::string>> done{}; // last: its thread ends before the rest goes
+    // As the labels are when strokes under way are done; to another name where the file is there.
+    void begin(uint16_t label, const std::string& path);
+    void poll(); // for each frame
+
+ private:
+    OpenDocument& document_;
+    std::stop_source stop_;
+    std::future<Result<std::string>> done_; // last: its thread ends before the rest goes
 };
 
 } // namespace palpate::view

@@ -1,13 +1,37 @@
 #include "apps/view/document/mesh_pulling.h"
 
+#include <atomic>
+#include <future>
+
 #include "apps/palpate/surface_labels.h"
-#include "apps/view/document/mesh_run.h"
-#include "apps/view/tools/mesh_tool.h"
 #include "engine/segment/components.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/mesh_fit.h"
 
 namespace palpate::view {
+
+// A mesh at its making from a label, or labels at a change that takes a while.
+struct MeshPulling::MeshRun {
+    struct Done { // one of the two
+        std::optional<SimplexMesh> mesh;
+        std::optional<Volume> labels{}; // as they become
+        // Of the labels: the step's name in the list of edits, and what a person is told after the
+        // label's new volume.
+        const char *step = "", *told = "";
+        bool is_of_mesh = false;              // that is pulled, and then is done with
+        uint64_t count_before = 0, count = 0; // of the label's samples; start() counts
+    };
+    ~MeshRun() { stop.request_stop(); }
+    Task task() {
+        return {stop.get_token(), [this](double s) { share = s; }};
+    }
+
+    uint16_t label;
+    Volume before; // the labels that it reads
+    std::stop_source stop{};
+    std::atomic<double> share{0.0};
+    std::future<Result<Done>> done{}; // last: its thread ends before the rest goes
+};
 
 MeshPulling::MeshPulling(OpenDocument& document) : document_(document) {}
 MeshPulling::~MeshPulling() = default;
@@ -34,54 +58,35 @@ void MeshPulling::start(uint16_t label, Make make) {
     poll();
 }
 
-void MeshPulling::obey(const Order& order, const ViewState& state) {
-    switch (order.kind) {
-        case Order::Kind::mesh_make:
-            if (!run_)
-                start(state.label,
-                      [volume = document_.grey()](MeshRun& run) -> Result<MeshRun::Done> {
-                          PALPATE_TRY(MeshFit fit, fit_mesh(volume, run.before,
-                                                            {.label = run.label}, run.task()));
-                          return MeshRun::Done{std::move(fit.mesh)};
-                      });
-            break;
-        case Order::Kind::mesh_apply:
-            if (!run_ && mesh_)
-                start(mesh_->label(),
-                      [mesh = mesh_->mesh(),
-                       locked = state.notes.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
-                          PALPATE_TRY(const Volume found,
-                                      rasterised(mesh, run.before.grid(), run.label,
-                                                 run.task().part(0.0, 0.8)));
-                          const uint16_t of[] = {run.label};
-                          PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
-                                                                 run.task().part(0.8, 1.0)));
-                          return MeshRun::Done{
-                              {}, std::move(labels), "pulled mesh", "by the mesh", true};
-                      });
-            break;
-        case Order::Kind::mesh_drop:
-            if (run_)
-                run_->stop.request_stop();
-            else
-                mesh_.reset();
-            break;
-        case Order::Kind::pull_down:
-            if (mesh_)
-                mesh_->hold(order.at_mm, state.own.of<Pulling>().reach);
-            break;
-        case Order::Kind::pull_move:
-            if (mesh_)
-                mesh_->pull(order.at_mm);
-            break;
-        case Order::Kind::pull_up:
-        case Order::Kind::pull_cancel:
-            if (mesh_)
-                mesh_->let_go(order.kind == Order::Kind::pull_up);
-            break;
-        default: // keep_largest, fill_holes
-            clean(order, state);
-    }
+void MeshPulling::make(uint16_t label) {
+    if (run_)
+        return;
+    start(label, [volume = document_.grey()](MeshRun& run) -> Result<MeshRun::Done> {
+        PALPATE_TRY(MeshFit fit, fit_mesh(volume, run.before, {.label = run.label}, run.task()));
+        return MeshRun::Done{std::move(fit.mesh)};
+    });
+}
+
+void MeshPulling::apply(const ViewState& state) {
+    if (run_ || !mesh_)
+        return;
+    start(mesh_->label(),
+          [mesh = mesh_->mesh(),
+           locked = state.notes.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
+              PALPATE_TRY(const Volume found, rasterised(mesh, run.before.grid(), run.label,
+                                                         run.task().part(0.0, 0.8)));
+              const uint16_t of[] = {run.label};
+              PALPATE_TRY(Volume labels,
+                          with_labels(run.before, found, of, locked, run.task().part(0.8, 1.0)));
+              return MeshRun::Done{{}, std::move(labels), "pulled mesh", "by the mesh", true};
+          });
+}
+
+void MeshPulling::drop() {
+    if (run_)
+        run_->stop.request_stop();
+    else
+        mesh_.reset();
 }
 
 void MeshPulling::poll() {
@@ -123,14 +128,11 @@ void MeshPulling::poll() {
     }
 }
 
-void MeshPulling::clean(const Order& order, const ViewState& state) {
+void MeshPulling::clean(const ViewState& state, bool fills) {
     if (run_)
         return;
-    if (is_locked(state, state.label)) {
-        document_.tell(fmt::format("label {} is locked", state.label));
-        return;
-    }
-    const bool fills = order.kind == Order::Kind::fill_holes;
+    if (is_locked(state, state.label))
+        return document_.tell(fmt::format("label {} is locked", state.label));
     start(state.label, [fills](MeshRun& run) -> Result<MeshRun::Done> {
         PALPATE_TRY(Volume labels,
                     fills ? fill_holes(run.before, {.label = run.label}, run.task())

@@ -8,8 +8,6 @@
 
 namespace palpate::view {
 
-struct MeshRun;
-
 // The mesh that a person pulls, from its making of a label to its end as one; and the cleaning of
 // a label. What takes a while runs on a thread of its own, one at a time.
 class MeshPulling {
@@ -17,8 +15,11 @@ class MeshPulling {
     explicit MeshPulling(OpenDocument& document);
     ~MeshPulling(); // stops what runs, and waits
 
-    // Does what an order of meshes, of their pulls, or of cleaning a label asks for.
-    void obey(const Order& order, const ViewState& state);
+    void make(uint16_t label);
+    void apply(const ViewState& state); // puts it into its label, but for locked ones
+    void drop();                        // or what makes it
+    // The label that is drawn keeps its largest piece alone, or its holes are filled.
+    void clean(const ViewState& state, bool fills);
     void poll(); // for each frame
 
     PulledMesh* mesh() { return mesh_ ? &*mesh_ : nullptr; } // null: there is none
@@ -26,9 +27,9 @@ class MeshPulling {
     std::optional<double> share() const; // of what runs, 0 .. 1; none: nothing does
 
  private:
+    struct MeshRun;
     template <class Make>
     void start(uint16_t label, Make make);
-    void clean(const Order& order, const ViewState& state);
 
     OpenDocument& document_;
     std::optional<PulledMesh> mesh_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "engine/measure/label_statistics.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate::view {
@@ -64,10 +65,18 @@ Volume OpenDocument::grey() {
     return *edited().document.find(grey_);
 }
 
-std::optional<Volume> OpenDocument::labels() {
+std::optional<Volume> OpenDocument::find(const std::string& volume) {
     const EditState now = edited();
-    const Volume* labels = now.document.find(labels_);
-    return labels ? std::optional(*labels) : std::nullopt;
+    const Volume* there = now.document.find(volume);
+    return there ? std::optional(*there) : std::nullopt;
+}
+
+std::optional<Volume> OpenDocument::labels() {
+    return find(labels_);
+}
+
+std::optional<Volume> OpenDocument::seeds() {
+    return find(kSeeds);
 }
 
 Volume OpenDocument::labels_or_empty() {
@@ -90,8 +99,7 @@ std::optional<double> OpenDocument::label_sample_mm3() {
 }
 
 std::optional<float> OpenDocument::value_at(const std::string& volume, glm::dvec3 point_mm) {
-    const EditState state = edited();
-    const Volume* in = state.document.find(volume);
+    const std::optional<Volume> in = find(volume);
     const auto sample = in ? sample_at(in->grid(), point_mm) : std::nullopt;
     return sample ? std::optional(in->value(*sample)) : std::nullopt;
 }
@@ -118,6 +126,15 @@ bool OpenDocument::put_labels(Volume labels, std::string step, Json parameters,
 
 bool OpenDocument::make_labels() {
     return labels() || put_labels(empty_labels(subject_.grid), "new label map");
+}
+
+bool OpenDocument::make_seeds() {
+    return seeds() ||
+           session_.put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "seeds");
+}
+
+bool OpenDocument::clear_seeds() {
+    return session_.put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "clear seeds");
 }
 
 void OpenDocument::take_labels(LoadedVolume labels) {

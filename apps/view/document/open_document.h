@@ -36,7 +36,7 @@ class OpenDocument {
 
     static constexpr const char* kGrey = "volume";
     static constexpr const char* kLabels = "labels";
-    static constexpr const char* kSeeds = "seeds"; // Segmentation's
+    static constexpr const char* kSeeds = "seeds"; // stroke_edit.h
 
     bool threaded() const { return threaded_; }
     Session& session() { return session_; }
@@ -61,6 +61,7 @@ class OpenDocument {
     EditState edited() { return session_.state(); }
     Volume grey();
     std::optional<Volume> labels(); // none: a project without a map
+    std::optional<Volume> seeds();
     Volume labels_or_empty();
     bool has_labels();                               // any samples of a label
     std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where it has a name
@@ -73,7 +74,10 @@ class OpenDocument {
     // Labels become these, as one step. False, as of all commands: too many at once.
     bool put_labels(Volume labels, std::string step, Json parameters = Json::object(),
                     NotePages::Texts notes = {});
-    bool make_labels(); // empty ones, where there are none
+    // Empty ones, where there are none.
+    bool make_labels();
+    bool make_seeds();
+    bool clear_seeds();
     // Labels of a file take the place of those that are there, as one step. On the volume's grid.
     void take_labels(LoadedVolume labels);
 
@@ -86,6 +90,7 @@ class OpenDocument {
     Subject subject_;
 
  private:
+    std::optional<Volume> find(const std::string& volume);
     // The value of a sample at a point of the document; none outside, or without the volume.
     std::optional<float> value_at(const std::string& volume, glm::dvec3 point_mm);
 

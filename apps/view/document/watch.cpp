@@ -21,7 +21,7 @@ void Work::watch(const ViewState& state) {
     show_in_scene(state.notes, scene);
     if (scene != session().scene())
         session().show(std::move(scene));
-    show_seeds(state);
+    segmentation_.show(state);
     const EditState edit = edited();
     const Volume& grey = *edit.document.find(grey_name());
     Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};
@@ -93,21 +93,6 @@ std::optional<Measured> Work::measured(const Measure& one) {
             return measured;
     }
     return std::nullopt;
-}
-
-std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
-    if (state.notes.locked_labels.empty())
-        return std::nullopt;
-    const EditState edit = edited();
-    const Volume* labels = edit.document.find(labels_name());
-    // Strokes that are under way may still bring the label of the hand.
-    const float highest = labels && !labels->range().empty() ? labels->range().max : 0.0f;
-    std::vector<uint16_t> free;
-    const uint32_t last = std::max(static_cast<uint32_t>(highest), uint32_t{state.label});
-    for (uint32_t label = 0; label <= std::max(last, 255u); ++label)
-        if (!is_locked(state, static_cast<uint16_t>(label)))
-            free.push_back(static_cast<uint16_t>(label));
-    return free;
 }
 
 void Work::export_measures(const ViewState& state, const std::string& path) {

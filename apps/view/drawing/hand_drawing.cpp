@@ -58,7 +58,7 @@ void draw_names(ImDrawList& list, const ViewState& state, const Grid& grid) {
 void draw_dust(ImDrawList& list, const ViewState& state, const Work& work, const Box& box) {
     const glm::dvec2 low(box.low_px);
     list.PushClipRect(to_im(low), to_im(low + glm::dvec2(box.size_px)), true);
-    for (const DustCloud::Grain& grain : work.dust().grains())
+    for (const DustCloud::Grain& grain : work.hand().dust().grains())
         if (const auto at = pixel_of(state, work.subject().grid, Panel::volume, grain.place_mm))
             list.AddRectFilled(
                 to_im(*at), to_im(*at + 2.0),
@@ -70,12 +70,12 @@ void draw_dust(ImDrawList& list, const ViewState& state, const Work& work, const
 
 void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                      const Box& box) {
-    if (panel == Panel::volume && work.touch().running())
+    if (panel == Panel::volume && work.hand().touch().running())
         draw_names(list, state, work.subject().grid);
     if (panel == Panel::volume && state.stylus.dust_shown && !state.stereo.on)
         draw_dust(list, state, work, box);
-    const std::optional<TouchSample>& now = work.touch().now();
-    if (!work.touch().running() || !now)
+    const std::optional<TouchSample>& now = work.hand().touch().now();
+    if (!work.hand().touch().running() || !now)
         return;
     const auto marks = hand_marks(state, work.subject().grid, panel, *now);
     if (!marks)

@@ -156,7 +156,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     std::vector<Order> orders;
     bound_held_ = false;
     draw_tools(state, work, orders);
-    if (!bound_held_ && !work.segmenting()) // taken, or no longer shown
+    if (!bound_held_ && !work.segmentation().share()) // taken, or no longer shown
         state.segmenting.preview.reset();
     tell_tool(state, work);
     draw_status(state, work);
@@ -220,10 +220,10 @@ void Interface::draw_status(const ViewState& state, Work& work) {
     ImGui::TextUnformatted(place.c_str());
     const EditState edit = work.edited();
     if (std::string message = work.take_message(); !message.empty()) {
-        message_ = state.names_hidden ? work.without_names(std::move(message)) : message;
+        message_ = state.names_hidden ? work.saving().without_names(std::move(message)) : message;
         told_s_ = time_s_;
     }
-    if (const double behind_s = work.backlog().seconds; behind_s > Work::kFarBehind_s) {
+    if (const double behind_s = work.hand().backlog().seconds; behind_s > HandLink::kFarBehind_s) {
         message_ =
             fmt::format("edits are {:.0f} s behind the hand; all of them will be done", behind_s);
         told_s_ = time_s_;
@@ -360,7 +360,7 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
         begin("Save to a new project folder", state.saving_open);
         if (folder_[0] == '\0') {
             const std::string offered = state.saving_folder.empty()
-                                            ? work.new_folder(state.names_hidden)
+                                            ? work.saving().new_folder(state.names_hidden)
                                             : state.saving_folder;
             std::copy_n(offered.begin(), std::min(offered.size(), folder_.size() - 1),
                         folder_.begin());
@@ -376,7 +376,8 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
             ImGui::PushTextWrapPos(0.5f * static_cast<float>(state.size_px.x));
             ImGui::TextColored(
                 accent(state), "%s",
-                (state.names_hidden ? work.without_names(state.saving_failed) : state.saving_failed)
+                (state.names_hidden ? work.saving().without_names(state.saving_failed)
+                                    : state.saving_failed)
                     .c_str());
             ImGui::PopTextWrapPos();
             note("save/failed");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/document/stroke_edit.h"
 #include "apps/view/panels/interface.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/mesh_tool.h"
@@ -30,7 +31,7 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
     note("segment/radius");
     int label = state.label;
     if (ImGui::InputInt("label", &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{Work::kLastSeeded}));
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
     note("segment/label");
     if (ImGui::Button("clear seeds"))
         orders.push_back({Order::Kind::clear_seeds, {}, time_s_, {}});
@@ -42,11 +43,11 @@ namespace {
 // The value that the last run found; for a threshold, the bound that a person has given its result.
 std::optional<double> value_found(const MethodParameter& parameter, const SegmentMethod& method,
                                   const Work& work) {
-    const auto& strength = work.strength();
+    const auto& strength = work.segmentation().strength();
     if (strength && strength->method == &method && !strength->is_unbounded &&
         std::string_view(parameter.name) == "threshold")
         return strength->bound;
-    return work.found(method, parameter.name);
+    return work.segmentation().found(method, parameter.name);
 }
 
 // The value that a parameter has when a person begins to give it.
@@ -114,7 +115,7 @@ void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMetho
 // The bound of what the last method left behind: seen while it is dragged, and taken when it is let
 // go. Times lie octaves apart, so that the slider moves over their logarithm.
 void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& orders) {
-    const auto& strength = work.strength();
+    const auto& strength = work.segmentation().strength();
     Segmenting& segmenting = state.segmenting;
     if (!strength || segmenting.method != strength->method->name ||
         !(strength->least < strength->most))
@@ -129,7 +130,7 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
     const double bound = segmenting.preview.value_or(strength->bound);
     double at = to_slider(std::max(bound, by_octaves ? strength->least : 0.0));
     const double least = to_slider(strength->least), most = to_slider(strength->most);
-    ImGui::BeginDisabled(work.segmenting().has_value());
+    ImGui::BeginDisabled(work.segmentation().share().has_value());
     if (ImGui::SliderScalar("bound", ImGuiDataType_Double, &at, &least, &most,
                             fmt::format("{:.4g}", bound).c_str(),
                             ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput))
@@ -219,7 +220,7 @@ void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& or
         return;
     hint(method->purpose);
     draw_parameters(state, work, *method);
-    if (const auto share = work.segmenting()) {
+    if (const auto share = work.segmentation().share()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
         ImGui::SameLine();

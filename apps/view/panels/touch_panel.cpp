@@ -74,7 +74,7 @@ void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& ord
 }
 
 void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Order>& orders) {
-    Touch& touch = work.touch();
+    Touch& touch = work.hand().touch();
     HandOptions options = touch.options();
     const auto order = [&](Order::Kind kind) { orders.push_back({kind, {}, time_s_, {}}); };
     bool changed = false;
@@ -178,12 +178,12 @@ void Interface::draw_touch_buttons(ViewState& state, const Work& work) {
     note("touch/arrow");
     ImGui::Checkbox("sound", &stylus.sound_on);
     note("touch/sound");
-    if (stylus.sound_on && !work.sound().why_silent().empty() && ImGui::IsItemHovered())
-        ImGui::SetTooltip("%s", work.sound().why_silent().c_str());
+    if (stylus.sound_on && !work.hand().sound().why_silent().empty() && ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", work.hand().sound().why_silent().c_str());
     ImGui::SameLine();
     ImGui::Checkbox("dust", &stylus.dust_shown);
     note("touch/dust");
-    if (stylus.sound_on && !work.sound().why_silent().empty())
+    if (stylus.sound_on && !work.hand().sound().why_silent().empty())
         hint("no sound: point at the box to see why");
     choose_named("3D by", state.seen_as, kSeenAs);
     note("touch/seen_as");
@@ -194,7 +194,7 @@ void Interface::draw_touch_buttons(ViewState& state, const Work& work) {
 void Interface::draw_touch_feel(Work& work) {
     ImGui::Separator();
     TouchParameters p = work.session().parameters();
-    const std::string_view algorithm = work.touch().options().algorithm;
+    const std::string_view algorithm = work.hand().touch().options().algorithm;
     bool changed = false;
     const bool has_source = algorithm != "none" && !algorithm.starts_with("wish-");
     if (has_source && work.has_labels()) {
@@ -252,7 +252,7 @@ void Interface::draw_touch_feel(Work& work) {
 }
 
 void Interface::draw_touch_plots(const ViewState& state, Work& work) {
-    const Touch& touch = work.touch();
+    const Touch& touch = work.hand().touch();
     if (!state.stylus.on)
         return;
     ImGui::Separator();
@@ -273,7 +273,7 @@ void Interface::draw_touch_plots(const ViewState& state, Work& work) {
     };
     const uint64_t ticks = t.ticks;
     hint(fmt::format("{} ticks, {} missed", ticks, t.skipped.load()).c_str());
-    const Work::Backlog& backlog = work.backlog();
+    const HandLink::Backlog& backlog = work.hand().backlog();
     hint(fmt::format("edits: {} inputs wait, {:.2f} s behind", backlog.inputs, backlog.seconds)
              .c_str());
     if (const std::string text = touch.servo_text(); !text.empty()) {

@@ -4,11 +4,8 @@
 
 namespace palpate::view {
 
-inline Json json_of(glm::dvec3 v) {
-    return {v.x, v.y, v.z};
-}
-
-// Adds what the panels show, for Work::dump().
-void dump_panels(Work& work, const ViewState& state, Json& json);
+// Everything that a test or a report of a fault wants to know of a window. Strokes under way are
+// in it.
+Json dump_of(Work& work, const ViewState& state);
 
 } // namespace palpate::view

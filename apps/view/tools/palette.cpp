@@ -16,7 +16,8 @@ namespace {
 constexpr double kWidth = 0.15, kHeight = 0.055, kTravel = 0.02, kEvery = 0.075, kFromLeft = 0.06;
 // The height of a row; the side of a handle.
 constexpr double kListRow = 0.042, kHandle = 0.06;
-constexpr Carve kButtons[] = {Carve::nothing, Carve::draw, Carve::erase, Carve::cut, Carve::drill};
+constexpr Carve kCarveButtons[] = {Carve::nothing, Carve::draw, Carve::erase, Carve::cut,
+                                   Carve::drill};
 constexpr double kLeast_mm = 0.5, kMost_mm = 20.0; // of the radius, on a logarithmic scale
 
 void add_box(Mesh& mesh, glm::dvec3 low, glm::dvec3 high, uint16_t label) {
@@ -71,12 +72,13 @@ std::vector<Widget3d> palette_of(const ViewState& state) {
              value});
     };
     const auto row = [&] {
-        return kEvery * (0.5 * (std::size(kButtons) + 1) - static_cast<double>(palette.size()));
+        return kEvery *
+               (0.5 * (std::size(kCarveButtons) + 1) - static_cast<double>(palette.size()));
     };
     const auto add = [&](std::string id, Widget3d::Kind kind, double value) {
         put(std::move(id), kind, value, row(), kHeight);
     };
-    for (const Carve carve : kButtons)
+    for (const Carve carve : kCarveButtons)
         add(name_of(carve), Widget3d::Kind::button, state.stylus.first == carve);
     add("undo", Widget3d::Kind::button, 0.0);
     add("radius", Widget3d::Kind::slider, slider_of(state.radius_mm));
@@ -144,7 +146,7 @@ bool press_widget(ViewState& state, const Widget3d& widget, const haptics::Plate
                 by_mm * (widget.plate.top.rotation * glm::dvec3(0.0, 0.0, 1.0));
         return false;
     }
-    for (const Carve carve : kButtons)
+    for (const Carve carve : kCarveButtons)
         if (widget.id == name_of(carve))
             state.stylus.first = carve;
     return widget.id == "undo";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/view/script/dump.h"
 #include "apps/view/tools/hand_pointer.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/interaction.h"
@@ -46,7 +47,7 @@ void Viewer::begin(Source source) {
                       .stay = pictures_device_->handle() == interface_device_->handle()};
     work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
                                    options_.threaded);
-    work_->touch().set_up(options_.hand);
+    work_->hand().touch().set_up(options_.hand);
     state_ = work_->subject().home;
     state_.recovered_steps = work_->steps_file().recovered();
     if (options_.display)
@@ -151,11 +152,12 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     for (const Picture& picture : new_pictures_)
         state_of_pictures_[static_cast<size_t>(picture.panel)] = {
             true, picture.complete, picture.ms, picture.error_estimate};
-    work_->follow_hand(state_, time_s);
+    work_->hand().follow(state_, time_s);
     work_->poll();
     ask_where_again();
     leave_when_saved();
-    if (const std::string made = work_->take_new_project(); !made.empty() && options_.recent)
+    if (const std::string made = work_->saving().take_new_project();
+        !made.empty() && options_.recent)
         interface_->set_recent(options_.recent(made));
     work_->follow_notes(state_, state_.drag || state_.stylus.buttons != 0 || interface_->is_busy());
     work_->watch(state_);
@@ -183,7 +185,7 @@ void Viewer::wish() {
                                    work_->session().scene(), has_labels),
                           display_of(state_, view.panel, screen_px_)});
     for (Pictures::Wish& wish : wishes) // the hand's tool lies among the rays, at its depth
-        for (const Work::HandSurface& surface : work_->hand_surfaces(state_))
+        for (const HandLink::Surface& surface : work_->hand().surfaces(state_))
             if (wish.panel == Panel::volume && wish.scene.surfaces.size() < kMaxSurfaces) {
                 wish.scene.surfaces.push_back(surface.layer);
                 wish.meshes.push_back(surface.mesh);
@@ -250,7 +252,7 @@ Image Viewer::capture() {
 }
 
 Json Viewer::dump() {
-    Json json = work_->dump(state_);
+    Json json = dump_of(*work_, state_);
     json["message"] = interface_->message();
     json["widgets"] = Json::object();
     for (const auto& [id, box] : interface_->widgets())

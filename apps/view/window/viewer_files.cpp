@@ -108,7 +108,7 @@ void Viewer::leave() {
 
 // A session without a project is asked for a folder first.
 void Viewer::save(const Order& order) {
-    if (order.path.empty() && !work_->has_project())
+    if (order.path.empty() && !work_->saving().has_project())
         state_.saving_open = state_.saving_typing = true;
     else
         work_->obey(order, state_);
@@ -117,7 +117,7 @@ void Viewer::save(const Order& order) {
 
 // After a new project could not be made there.
 void Viewer::ask_where_again() {
-    std::optional<Work::FailedSave> failed = work_->take_failed_save();
+    std::optional<Saving::FailedSave> failed = work_->saving().take_failed_save();
     if (!failed)
         return;
     state_.saving_open = state_.saving_typing = true;
@@ -126,8 +126,8 @@ void Viewer::ask_where_again() {
 }
 
 void Viewer::leave_when_saved() {
-    if (!state_.leaving || !state_.leaving->saving || state_.saving_open || work_->is_saving() ||
-        (state_.leaving->applying && work_->mesh_pulling().share()))
+    if (!state_.leaving || !state_.leaving->saving || state_.saving_open ||
+        work_->saving().is_saving() || (state_.leaving->applying && work_->mesh_pulling().share()))
         return;
     if (std::exchange(state_.leaving->applying, false) && !work_->mesh_pulling().is_pulled())
         save({Order::Kind::save, {}, time_s_});
@@ -162,7 +162,7 @@ void Viewer::poll_opening() {
         take_opened(opening_.get());
     if (opening_beside_.valid()) {
         state_.opening_share = *opening_share_;
-        if (!work_->is_drawing() &&
+        if (!work_->hand().is_drawing() &&
             opening_beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
             take_beside(opening_beside_.get());
     }

@@ -1,0 +1,143 @@
+#include "apps/view/document/saving.h"
+
+#include <filesystem>
+
+#include "apps/view/document/free_name.h"
+#include "engine/base/profile.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr std::chrono::minutes kAutosave(5); // of the volumes; steps are kept at once
+
+std::string folder_beside(const std::string& title) {
+    std::filesystem::path name(title);
+    if (name.extension() == ".gz")
+        name.replace_extension();
+    const std::string stem = name.stem().string();
+    return std::filesystem::absolute(stem.empty() || is_synthetic(title) ? "work.palpate"
+                                                                         : stem + ".palpate")
+        .string();
+}
+
+} // namespace
+
+Saving::Saving(OpenDocument& document, std::optional<Project::Opened> opened)
+    : document_(document),
+      opened_(document.edited().document),
+      said_(said_of(document.loaded(), document.path(), document.title())),
+      new_folder_(folder_beside(document.title())) {
+    if (opened)
+        take(std::move(opened->project));
+}
+
+void Saving::take(Project project) {
+    project_.emplace(std::move(project));
+    project_->autosave_every(kAutosave);
+}
+
+std::string Saving::new_folder(bool names_hidden) const {
+    const std::filesystem::path folder(new_folder_);
+    return free_name(names_hidden ? folder.parent_path() / "work.palpate" : folder).string();
+}
+
+std::string Saving::without_names(std::string message) const {
+    message = without_name(std::move(message), said_, "(notes about the files are hidden)");
+    // The longest come first: a path holds the name of its file.
+    for (const std::string& name : {project_ ? project_->folder().string() : "", document_.path(),
+                                    new_folder_, document_.title()})
+        message = without_name(std::move(message), name, "(name hidden)");
+    return message;
+}
+
+bool Saving::leaving_loses_steps() {
+    const EditState now = document_.edited();
+    if (project_ || now.undo_steps == 0)
+        return false;
+    Notes were = document_.notes().known();
+    const Notes at_first = notes_of(opened_.notes).value_or(Notes());
+    were.clip_planes = at_first.clip_planes;
+    were.label_styles = at_first.label_styles;
+    were.window = at_first.window;
+    Document same = now.document;
+    same.notes = opened_.notes;
+    return document_.steps_file().recovered() > 0 || !same.is_same_as(opened_) || were != at_first;
+}
+
+bool Saving::is_saving() const {
+    return creation_ || (project_ && project_->is_saving());
+}
+
+void Saving::save(const ViewState& state, const std::string& folder) {
+    if (!project_ && folder.empty())
+        return;
+    if (!document_.threaded())
+        return document_.tell("a script saves nothing");
+    Session& session = document_.session();
+    document_.notes().keep(state.notes);
+    Scene scene = session.scene();
+    scene.camera = state.camera;
+    scene.fusion = document_.fusion(); // and not what a segmentation shows for a while
+    scene.slice_transfer = grey_of(state);
+    session.show(std::move(scene));
+    Kept kept = session.kept();
+    kept.crosshair_mm = state.crosshair_mm;
+    kept.tool_radius_mm = state.radius_mm;
+    kept.tool_label = state.label;
+    session.keep(kept);
+    if (project_) {
+        if (Result<void> begun = project_->begin_save(session); !begun)
+            document_.tell(begun.error().message);
+        return;
+    }
+    if (creation_)
+        return document_.tell("saving; one save at a time");
+    if (std::error_code ignored; std::filesystem::exists(folder, ignored))
+        return fail_save(folder, fmt::format("{} is there already: choose another name", folder));
+    session.settle();
+    creating_ = folder;
+    creation_.emplace(
+        Project::begin_create_from(folder, session, document_.file(), document_.loaded().modality));
+}
+
+void Saving::fail_save(std::string folder, std::string reason) {
+    document_.tell(reason);
+    failed_save_ = {std::move(folder), std::move(reason)};
+}
+
+void Saving::poll() {
+    Session& session = document_.session();
+    if (creation_)
+        if (std::optional<Result<Project>> made = creation_->poll(session)) {
+            creation_.reset();
+            if (!*made)
+                return fail_save(creating_, made->error().message);
+            take(std::move(**made));
+            document_.steps_file().discard(); // it has them
+            document_.set_title(project_->folder().filename().string());
+            new_project_ = project_->folder().string();
+            document_.tell(fmt::format("saved to {}; later steps are kept there as they are done",
+                                       new_project_));
+        }
+    if (!project_)
+        return;
+    if (const std::optional<Result<void>> ended = project_->poll(session, profile::now_ns()))
+        document_.tell(*ended ? fmt::format("saved to {}", project_->folder().string())
+                              : ended->error().message);
+}
+
+Result<void> add_maps(Project::Opened& project) {
+    if (project.unsaved > 0)
+        return {};
+    const SessionSetup& setup = project.setup;
+    const Volume* grey = setup.document.find(setup.grey);
+    const Grid grid = (grey ? *grey : setup.document.first()).grid();
+    for (const std::string& name : {setup.labels.empty() ? OpenDocument::kLabels : setup.labels,
+                                    std::string(OpenDocument::kSeeds)})
+        if (!setup.document.find(name))
+            PALPATE_TRY(project.add({name, VolumeKind::labels, empty_labels(grid)}));
+    return {};
+}
+
+} // namespace palpate::view

@@ -1,0 +1,234 @@
+#include "apps/view/document/segmentation.h"
+
+#include <algorithm>
+
+#include "apps/view/document/stroke_edit.h"
+#include "engine/measure/measure_report.h"
+#include "engine/segment/map_values.h"
+
+namespace palpate::view {
+
+namespace {
+
+// The seeds as a method takes them: each is its label, and what is no object is kSeedOf255.
+Result<Volume> seeds_by_label(const Volume& seeds) {
+    if (!(seeds.range().max >= kOutsideSeed))
+        return seeds;
+    return map_values<uint16_t>(std::array{&seeds}, {}, [](std::array<float, 1> seed) {
+        const auto one = static_cast<uint16_t>(seed[0]);
+        return one == kOutsideSeed ? kSeedOf255 : one == kSeedOf255 ? kOutsideSeed : one;
+    });
+}
+
+bool has_samples(const std::optional<Volume>& map) {
+    return map && map->range().max > 0.0f;
+}
+
+} // namespace
+
+Segmentation::Segmentation(OpenDocument& document, const HandLink& hand)
+    : document_(document), hand_(hand), wire_(document) {}
+
+void Segmentation::show(const ViewState& state) {
+    Session& session = document_.session();
+    SessionSources sources = session.sources();
+    // Seen in yellow: what a method has come to, or what the bound that is dragged would give.
+    const bool previews = look_ || (state.segmenting.preview && strength_);
+    std::optional<Volume> shown;
+    if (previews)
+        shown = look_ ? *look_ : strength_->volume;
+    const bool has_seeds = has_samples(document_.seeds());
+    const bool same_fused =
+        sources.fused.has_value() == previews && (!previews || sources.fused->is_same_as(*shown));
+    if ((sources.overlay == OpenDocument::kSeeds) != has_seeds || !same_fused) {
+        sources.overlay = has_seeds ? OpenDocument::kSeeds : "";
+        sources.fused = shown;
+        session.choose(std::move(sources));
+    }
+    Scene scene = session.scene();
+    if (has_seeds && !scene.overlay)
+        scene.overlay = LabelLayer{};
+    if (!previews) {
+        scene.fusion = document_.fusion();
+    } else {
+        const double at = look_ ? 0.5 : *state.segmenting.preview;
+        const bool below = !look_ && is_object_below(*strength_->method);
+        TransferFunction step;
+        step.colors = {{at, {1.0, 0.8, 0.1}}};
+        step.opacities = {{at, below ? 1.0 : 0.0}, {at, below ? 0.0 : 1.0}};
+        scene.fusion = FusionLayer{step, 0.5};
+    }
+    if (scene != session.scene())
+        session.show(std::move(scene));
+}
+
+std::optional<double> Segmentation::share() const {
+    return run_ ? std::optional(run_->share()) : std::nullopt;
+}
+
+void Segmentation::begin(const ViewState& state) {
+    const SegmentMethod* method = find_segment_method(state.segmenting.method);
+    if (!method || run_)
+        return;
+    const std::optional<Volume> seeds = document_.seeds();
+    if (method->takes_seeds && !has_samples(seeds))
+        return document_.tell(fmt::format("{}: paint seeds first (Q)", method->name));
+    const auto given = state.segmenting.given.find(state.segmenting.method);
+    SegmentJob job{
+        .method = method,
+        .given = given == state.segmenting.given.end() ? ParameterValues() : given->second,
+        .volume = document_.grey(),
+        .labels = document_.labels_or_empty(),
+        .outside = kSeedOf255,
+        .locked = state.notes.locked_labels,
+        .label = state.label};
+    if (method->takes_seeds) {
+        Result<Volume> by_label = seeds_by_label(*seeds);
+        if (!by_label)
+            return document_.tell(fmt::format("{}: {}", method->name, by_label.error().message));
+        job.seeds = std::move(*by_label);
+    }
+    run(std::move(job));
+}
+
+void Segmentation::bound(const ViewState& state) {
+    if (run_ || !strength_ || !state.segmenting.preview)
+        return;
+    SegmentJob job{.method = strength_->method,
+                   .given = {{"bound", *state.segmenting.preview}},
+                   .volume = strength_->volume,
+                   .labels = document_.labels_or_empty(),
+                   .locked = state.notes.locked_labels,
+                   .again = strength_};
+    job.again->bound = *state.segmenting.preview;
+    run(std::move(job));
+}
+
+void Segmentation::stop() {
+    if (run_)
+        run_->stop();
+}
+
+void Segmentation::run(SegmentJob job) {
+    run_ = std::make_unique<SegmentRun>(std::move(job), document_.threaded());
+    poll();
+}
+
+std::optional<double> Segmentation::found(const SegmentMethod& method,
+                                          const char* parameter) const {
+    const auto of = found_.find(method.name);
+    if (of == found_.end())
+        return std::nullopt;
+    const auto value = of->second.find(parameter);
+    return value == of->second.end() ? std::nullopt : std::optional(value->second);
+}
+
+// A result in words that a person should read: how large its labels are then, and what was found.
+std::string Segmentation::told_of(const SegmentJob& job, const SegmentDone& done) {
+    const auto counts = label_counts(done.labels);
+    std::string told;
+    for (const uint16_t label : done.of) {
+        const auto found = std::ranges::find(counts, label, &LabelCount::label);
+        const double samples = found == counts.end() ? 0.0 : static_cast<double>(found->count);
+        told += fmt::format("{}label {}: {}", told.empty() ? "" : ", ", label,
+                            ml_text(samples * document_.label_sample_mm3().value_or(0.0)));
+    }
+    if (job.again)
+        told += fmt::format(" {} {:.4g}",
+                            is_object_below(*job.method) ? "by" : "at a strength of at least",
+                            job.again->bound);
+    for (const std::string& note : done.notes)
+        told += (told.empty() ? "" : "; ") + note;
+    if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)
+        return told + "; drag `bound` in the tab segment";
+    return done.labels.is_same_as(job.labels) ? "no sample changed; " + told : told;
+}
+
+void Segmentation::poll() {
+    if (!run_ || hand_.is_drawing())
+        return;
+    if (std::optional<Volume> look = run_->take_look(); look && !hand_.touch().running())
+        look_ = std::move(look); // what is chosen to be seen is chosen anew to be felt
+    std::optional<Result<SegmentDone>> taken = run_->take();
+    if (!taken)
+        return;
+    const std::unique_ptr<SegmentRun> ended = std::move(run_);
+    look_.reset();
+    if (*taken)
+        take(ended->job(), std::move(**taken));
+    else
+        document_.tell(taken->error().message);
+}
+
+// Puts a result into the document.
+void Segmentation::take(const SegmentJob& job, SegmentDone done) {
+    NotesLink& notes = document_.notes();
+    document_.session().settle();
+    const std::optional<Volume> labels = document_.labels();
+    const std::vector<uint16_t>& locked = notes.known().locked_labels;
+    const bool changes = !done.labels.is_same_as(job.labels);
+    // A person has gone on drawing, or has locked a label. While a hand draws without a pause, this
+    // goes on, and the result comes after.
+    if (changes && labels && (!labels->is_same_as(job.labels) || locked != job.locked)) {
+        SegmentJob anew = job;
+        if (!job.ready) {
+            anew.before = job.labels;
+            anew.ready = std::make_shared<const SegmentDone>(std::move(done));
+        }
+        anew.labels = *labels;
+        anew.locked = locked;
+        return run(std::move(anew));
+    }
+    const std::string told = told_of(job, done);
+    if (!job.again)
+        std::erase_if(found_[job.method->name],
+                      [&](const auto& old) { return !job.given.contains(old.first); });
+    for (const auto& [name, value] : done.found)
+        if (!job.given.contains(name)) // else a person chose it
+            found_[job.method->name].insert_or_assign(name, value);
+    Json parameters = Json::object();
+    for (const auto& [name, value] : job.given)
+        parameters[name] = value;
+    const std::string step =
+        job.again ? fmt::format("{}, bounded anew", job.method->name) : job.method->name;
+    Notes noted = notes.known();
+    noted.bound.reset();
+    if (done.strength)
+        noted.bound = {done.strength->method->name, done.strength->id, done.strength->bound};
+    const NotePages::Texts pages = notes.changes_to(noted);
+    if (changes ? !document_.put_labels(std::move(done.labels), step, std::move(parameters), pages)
+                : !document_.session().note(pages, "bound", false))
+        return;
+    notes.expect_change();
+    strength_ = std::move(done.strength);
+    if (strength_)
+        keep_strength();
+    document_.tell(told);
+}
+
+void Segmentation::follow_bound() {
+    const std::optional<Notes::Bound>& bound = document_.notes().known().bound;
+    if (strength_ && bound && strength_->id == bound->strength && strength_->bound == bound->value)
+        return;
+    strength_.reset();
+    for (const Strength& one : kept_) {
+        if (!bound || one.id != bound->strength || one.method->name != bound->method)
+            continue;
+        strength_ = one;
+        if (one.bound == bound->value) // else of the same run, bounded anew since then
+            break;
+        strength_->bound = bound->value;
+    }
+}
+
+void Segmentation::keep_strength() {
+    constexpr size_t kMost = 4; // each is as large as the volume
+    std::erase_if(kept_, [&](const Strength& one) {
+        return one.id == strength_->id && one.is_unbounded == strength_->is_unbounded;
+    });
+    kept_.push_back(*strength_);
+    if (kept_.size() > kMost)
+        kept_.pop_front();
+}
+
+} // namespace palpate::view
