@@ -20,6 +20,8 @@ const std::vector<std::string> kCommands{"compare", "devices", "doctor", "info",
 
 using EveryCommand = ProgramTest;
 
+// EveryCommand takes over 5 s of a processor: the program is started for each command and each pair
+// of its options that name files.
 TEST_F(EveryCommand, HelpIsPrintableText) {
     std::string whole = run({"--help"}).output;
     for (const std::string& command : kCommands) {

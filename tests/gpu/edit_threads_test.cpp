@@ -209,6 +209,8 @@ std::string all_of(const Document& document) {
     return text;
 }
 
+// EditThreads takes over 5 s of a processor: it lasts until each of its threads has met edits, and
+// kills a process several times.
 TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     const Document first = *make_document({{"ball", VolumeKind::grey, ball()}});
     std::mt19937 random(3);

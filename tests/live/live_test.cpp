@@ -58,6 +58,8 @@ class Live : public ProgramTest {
     }
 };
 
+// Live takes over 5 s of a processor: the session lasts as long as the device takes, and a servo
+// ticks meanwhile.
 TEST_F(Live, FromPluggingInToFeelingAVolume) {
     // 1. It is listed, and says what it needs.
     EXPECT_THAT(run({"devices"}).output, HasSubstr("novint-falcon (novint): Novint Falcon"));

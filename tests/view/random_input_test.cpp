@@ -196,6 +196,8 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
     const std::filesystem::path script_ = folder_ / "script.jsonl";
 };
 
+// RandomInput takes over 5 s of a processor: thousands of events have a frame each, and pictures
+// are drawn between them.
 TEST_P(RandomInput, EndsWithEverythingInItsRange) {
     const auto events = uint64_t(given("PALPATE_EVENTS", 5000));
     for (uint64_t seed = 1000 * GetParam(); done_ < events && !HasFailure(); ++seed)

@@ -165,6 +165,8 @@ class Soak : public TemporaryFolder {
     bool down_ = false;
 };
 
+// Soak takes over 5 s of a processor: memory that grows is seen in time alone, and a process is
+// started for each kill.
 TEST_F(Soak, MemoryIsFlatAndNoTickIsMissedByOurDoing) {
     const double seconds = given("PALPATE_SECONDS", 2);
     return_freed_memory(); // as the program

@@ -54,6 +54,8 @@ class UiDrawingTest : public ViewerTest {
     std::unique_ptr<UiTarget> before_, older_;
 };
 
+// UiDrawingTest takes over 5 s of a processor: each frame of a session is drawn twice, by its
+// changes and whole.
 TEST_F(UiDrawingTest, ChangesUponTheFrameBeforeLookAsIfAllWereDrawn) {
     open();
     expect_the_same("opened");

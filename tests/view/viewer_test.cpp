@@ -19,6 +19,8 @@
 namespace palpate::view {
 namespace {
 
+// ViewerTest takes over 5 s of a processor: whole windows are drawn at full quality by a CPU driver
+// under validation.
 TEST_F(ViewerTest, WidgetsDoWhatTheirNamesSay) {
     open("synthetic:phantom?size=40", {800, 700});
     click_widget("tool/draw");

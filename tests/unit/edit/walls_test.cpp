@@ -86,6 +86,8 @@ double rms_in_samples(const Mesh& mesh, const Tool& tool, const Grid& grid,
 
 class Walls : public testing::TestWithParam<std::tuple<Body, Way>> {};
 
+// Walls takes over 5 s of a processor: each body cuts a block whose whole surface is meshed, and
+// every vertex is compared.
 TEST_P(Walls, AreTheToolsOwnSurface) {
     const auto& [body, way] = GetParam();
     double worst = 0.0, mean = 0.0, worst_of_samples = 0.0;

@@ -116,6 +116,9 @@ TEST(SweptPoint, ForceEndsWithWhatIsTouchedUnderAHandAtRest) {
     EXPECT_EQ(out.contact, haptics::Contact::free);
 }
 
+// Edits takes over 5 s of a processor: edits come under a hand that is felt tick by tick, once with
+// them and once without.
+
 // Somebody else edits far away, in every tick: what is felt here, friction too, is as without.
 TEST(Edits, ElsewhereLeaveWhatIsFelt) {
     const Scene scene = make_scene(flat_plane(), {});

@@ -73,6 +73,8 @@ class UsbTest : public ::testing::Test {
     }
 };
 
+// UsbTest takes over 5 s of a processor: each case begins a process on an imitated kernel, and
+// packets pass it at their own pace.
 TEST_F(UsbTest, ListsWhatIsPluggedIn) {
     const std::vector<Plugged> all = plugged_usb();
     ASSERT_EQ(all.size(), 1u);

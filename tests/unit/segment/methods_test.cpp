@@ -50,6 +50,8 @@ WireCurve circle(int axis, double radius_mm) {
     return curve;
 }
 
+// Methods takes over 5 s of a processor: each method runs on a whole volume, and some of them
+// twice.
 TEST(Methods, EachFindsANoisyBall) {
     const Volume volume = noisy_ball();
     const SeedBall balls[] = {{1, {0, 0, 0}, 5.0}, {2, {20, 20, 20}, 4.0}};

@@ -17,6 +17,8 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
+// ProjectTest takes over 5 s of a processor: projects are written and read again, one of them while
+// a thread saves it, and processes are killed meanwhile.
 TEST_F(ProjectTest, IsOpenedAgainToTheByte) {
     make();
     EXPECT_FALSE(Project::create(file("p"), contents())); // it is there

@@ -20,6 +20,7 @@ const LiverPhantom& phantom_of(uint64_t number) { // made once
     return made.at(number);
 }
 
+// LiverPhantom takes over 5 s of a processor: dozens of phantoms of full size are made.
 TEST(LiverPhantom, IsAFunctionOfItsNumber) {
     const LiverPhantom a = liver_phantom(3), b = liver_phantom(3), c = liver_phantom(4);
     EXPECT_EQ(samples_of(a.volume), samples_of(b.volume));
