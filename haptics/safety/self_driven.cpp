@@ -15,12 +15,12 @@ constexpr double kReach_s = 8e-3;  // of a difference, at least: an eighth of a 
 // that tremor does not reach (limits.h), and with more force than half of a sine's of 1 N from peak
 // to peak; root mean squares.
 constexpr double kTurns_s = 0.5, kSpeed_m_per_s = 0.02, kForce_n = 0.18;
-constexpr double kBetter = 0.5;
-// A motion is driven where each delay that fits says so: each that leaves less than twice of what
-// the best one does. The power factor must be more than the phase that half a tick and half a step
-// of the delays make. Or where the best one says so and its power factor is more than that phase of
-// half a tick, and of a whole step at 16 Hz: the best may be a neighbour of the true one, and what
-// is faster reverses twice as often as a hand, and is counted (stages.h). What may be left
+constexpr double kBetter = 0.5; // at fast ticks (better_at)
+// A motion is driven where each delay that fits says so: each that leaves less than 1 / better_at()
+// of what the best one does. The power factor must be more than the phase that half a tick and half
+// a step of the delays make. Or where the best one says so and its power factor is more than that
+// phase of half a tick, and of a whole step at 16 Hz: the best may be a neighbour of the true one,
+// and what is faster reverses twice as often as a hand, and is counted (stages.h). What may be left
 // unexplained is measured, on the first 2000 hands of limit_cycles_cases.h: with 0.04, three that
 // tap by will were taken for driven, with 0.035 one, and with 0.03 a loop of the grid there went on
 // for 0.7 s.
@@ -76,6 +76,21 @@ std::array<double, N> backward(const Matrix<N>& l, std::array<double, N> y, size
 // The second derivative under a triangle: twice the second divided difference.
 glm::dvec3 bend(const std::array<glm::dvec3, 3>& y, const std::array<double, 3>& t) {
     return 2.0 * ((y[0] - y[1]) / (t[0] - t[1]) - (y[1] - y[2]) / (t[1] - t[2])) / (t[0] - t[2]);
+}
+
+// What a delay may leave of another one's residual to be the better one, for ticks of a length. The
+// likelihood of a fit goes as its residual to the power of minus half its degrees of freedom, and
+// the bar is one ratio of likelihoods, that of kBetter with fast ticks. A memory of kForget_s has
+// as many values as an even one of twice that. Four coefficients and a mean take five. Values under
+// a triangle with slopes of h are worth one in 1.08 h, the integral of the square of their
+// correlation; where a slope is one tick, the force has two held values under it, worth one in 1.5.
+double better_at(double tick_s) noexcept {
+    const auto freedom = [](double independent_s) { return 2.0 * kForget_s / independent_s - 5.0; };
+    constexpr double kTriangle = 1.08, kTwo = 1.5;
+    const double slope_s = tick_s * std::max(1.0, std::ceil(kReach_s / tick_s - 1e-6));
+    const double slow = freedom(std::max(kTriangle * slope_s, kTwo * tick_s));
+    const double fast = freedom(kTriangle * kReach_s);
+    return std::pow(kBetter, std::max(1.0, fast / std::max(1.0, slow)));
 }
 
 } // namespace
@@ -225,6 +240,7 @@ void SelfDriven::solve(double tick_s) noexcept {
     }
     decompose(covariance);
     fit_ = {};
+    const double better = better_at(tick_s);
     double left = 1.0; // of the best
     std::array<double, kLags> lefts{}, powers{};
     for (uint32_t i = 0; i < kLags; ++i) {
@@ -252,7 +268,7 @@ void SelfDriven::solve(double tick_s) noexcept {
         lefts[i] = 1.0 - explained;
         if (i > 0 && (1.0 - explained > left || mass <= 0.0))
             continue;
-        left = i == 0 ? kBetter * (1.0 - explained) : 1.0 - explained;
+        left = i == 0 ? better * (1.0 - explained) : 1.0 - explained;
         fit_ = {.delay_s = lags_s_[i],
                 .explained = explained,
                 .power_factor = powers[i],
@@ -268,7 +284,7 @@ void SelfDriven::solve(double tick_s) noexcept {
     const double phase = 0.5 * kLag_s * turn_per_s;
     fit_.held_phase = 0.5 * tick_s * turn_per_s;
     fit_.least_phase = phase + fit_.held_phase;
-    const double most_left = std::max(1.0 - fit_.explained, phase * phase) / kBetter;
+    const double most_left = std::max(1.0 - fit_.explained, phase * phase) / better;
     fit_.least_power_factor = fit_.power_factor;
     for (uint32_t i = 0; i < kLags; ++i)
         if (lefts[i] <= most_left)
