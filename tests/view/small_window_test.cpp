@@ -48,7 +48,7 @@ class SmallWindow : public ViewerTest {
         for (const auto& [panel, place, sides] :
              {std::tuple(Panel::axial, "S ", "RLAP"), std::tuple(Panel::coronal, "P ", "RLSI"),
               std::tuple(Panel::sagittal, "R ", "APSI")}) {
-            EXPECT_EQ(count(panel, name_of(panel)), 1u);
+            EXPECT_EQ(count(panel, title_of(panel)), 1u);
             EXPECT_EQ(count(panel, place), 1u) << name_of(panel);
             for (const char* side = sides; *side; ++side)
                 EXPECT_GE(count(panel, std::string(1, *side).c_str()), 1u) << *side;

@@ -20,13 +20,13 @@ constexpr ImU32 kText = IM_COL32(225, 225, 215, 255), kShadow = IM_COL32(0, 0, 0
 ImU32 color_of(Panel panel, int alpha = 255) {
     switch (panel) {
         case Panel::axial:
-            return IM_COL32(240, 90, 80, alpha);
+            return IM_COL32(255, 143, 122, alpha);
         case Panel::coronal:
-            return IM_COL32(100, 200, 90, alpha);
+            return IM_COL32(126, 226, 168, alpha);
         case Panel::sagittal:
-            return IM_COL32(235, 205, 70, alpha);
+            return IM_COL32(255, 212, 121, alpha);
         case Panel::volume:
-            return IM_COL32(120, 150, 220, alpha);
+            return IM_COL32(143, 180, 255, alpha);
     }
     return kText;
 }
@@ -158,7 +158,7 @@ struct Marks {
 
     void notes(const PictureState& picture) {
         const glm::dvec2 corner = low + edge;
-        put_free(corner, {0.0, 0.0}, {is_slice(panel) ? name_of(panel) : "3D"}, 2, color_of(panel));
+        put_free(corner, {0.0, 0.0}, {title_of(panel)}, 2, color_of(panel));
         glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
         if (is_slice(panel)) {
             const std::string place = place_text(grid(), state.crosshair_mm, slice().towards);

@@ -10,6 +10,11 @@ const char* name_of(Panel panel) {
     return names[static_cast<size_t>(panel)];
 }
 
+const char* title_of(Panel panel) {
+    constexpr const char* titles[] = {"Axial", "Coronal", "Sagittal", "3D"};
+    return titles[static_cast<size_t>(panel)];
+}
+
 const char* name_of(Layout layout) {
     constexpr const char* names[] = {"four", "3d", "slice"};
     return names[static_cast<size_t>(layout)];

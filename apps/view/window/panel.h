@@ -12,7 +12,8 @@ enum class Panel { axial, coronal, sagittal, volume };
 constexpr std::array<Panel, 4> kPanels{Panel::axial, Panel::coronal, Panel::sagittal,
                                        Panel::volume};
 constexpr size_t kSlicePanels = 3;
-const char* name_of(Panel panel); // "axial", "coronal", "sagittal", "3d"
+const char* name_of(Panel panel);  // "axial", "coronal", "sagittal", "3d"
+const char* title_of(Panel panel); // "Axial", "Coronal", "Sagittal", "3D"
 constexpr bool is_slice(Panel panel) {
     return panel != Panel::volume;
 }
