@@ -145,13 +145,28 @@ void Field::fill(Block& block, Box box, Part part) {
     apply(samples.data(), filter, part == kSmoothPart ? block.smooth.data() : block.sharp.data());
 }
 
+// A set has two blocks, of which the first was made later. Blocks of any box that is kTable wide
+// stay, and so do those of two places farther apart: with one block a set, a ball wider than the
+// table was held at two ends whose blocks displaced each other in each look.
 Field::Block& Field::block(glm::ivec3 position, Part part) {
-    const glm::ivec3 slot = position & (kTable - 1);
-    Block& block = blocks_[static_cast<size_t>(slot.x + kTable * (slot.y + kTable * slot.z))];
-    if (block.made[part].generation != generation_ || block.position != position)
-        renew(block, position, part);
-    lacked_brick_ |= block.made[part].lacks;
-    return block;
+    constexpr int kSets = kTable / 2; // along z
+    const glm::ivec3 slot = position & glm::ivec3(kTable - 1, kTable - 1, kSets - 1);
+    Block* set = &blocks_[2 * static_cast<size_t>(slot.x + kTable * (slot.y + kTable * slot.z))];
+    const auto is_right = [&](const Block& block) {
+        return block.made[part].generation == generation_ && block.position == position;
+    };
+    Block* block = set;
+    if (!is_right(*block)) {
+        if (set[1].position == position) {
+            block = set + 1;
+        } else if (set[0].position != position) {
+            set[1] = set[0];
+        }
+        if (!is_right(*block))
+            renew(*block, position, part);
+    }
+    lacked_brick_ |= block->made[part].lacks;
+    return *block;
 }
 
 } // namespace palpate::haptics

@@ -49,5 +49,15 @@ TEST(YieldSource, NoForceIsLargerThanT0WhereverItIsStated) {
     fmt::print("largest force: {:.4f} T0\n", most);
 }
 
+// A ball of 40 samples is wider than the table of blocks, and a groove holds it at two ends. Its
+// looks must not make each other's blocks anew for ever, at no force.
+TEST(YieldSource, ABallWiderThanTheTableOfBlocksIsHeldInAGroove) {
+    PressScenes scenes;
+    double most = 0.0;
+    expect_held_at_t0(
+        {.from = T0From::label_harder, .body = 5, .radius_mm = 10.0, .hertz = 1000.0, .seed = 100},
+        scenes, most);
+}
+
 } // namespace
 } // namespace palpate::haptics
