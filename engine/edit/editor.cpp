@@ -35,9 +35,9 @@ Editor::~Editor() {
         thread_.join();
     }
     if (command_)
-        delete command_->order;
-    for (Command command; commands_.pop(command);)
-        delete command.order;
+        delete command_->command;
+    for (InRing next; commands_.pop(next);)
+        delete next.command;
 }
 
 bool Editor::push(const EditInput& input) noexcept {
@@ -54,8 +54,8 @@ void Editor::poll_inputs(bool polls) {
     wake_.wake(); // for inputs that woke nobody
 }
 
-bool Editor::command(Order order) {
-    auto owned = std::make_unique<Order>(std::move(order));
+bool Editor::command(Command command) {
+    auto owned = std::make_unique<Command>(std::move(command));
     if (!commands_.push({owned.get(), pushed_.load(std::memory_order_acquire)}))
         return false;
     owned.release(); // the ring's now
@@ -241,15 +241,15 @@ bool Editor::begin_next() {
 bool Editor::do_commands() {
     bool any = false;
     for (;; any = true) {
-        if (Command next; !command_ && commands_.pop(next))
+        if (InRing next; !command_ && commands_.pop(next))
             command_ = next;
         // Inputs pushed before it come first; no stroke is under way, so they are done if fed.
         if (!command_ || command_->after > fed_)
             return any;
-        const std::unique_ptr<Order> order(std::exchange(command_, std::nullopt)->order);
+        const std::unique_ptr<Command> command(std::exchange(command_, std::nullopt)->command);
         ++commands_done_;
         before_command_.reset();
-        std::visit([&](auto& what) { obey(std::move(what)); }, *order);
+        std::visit([&](auto& what) { obey(std::move(what)); }, *command);
     }
 }
 

@@ -205,12 +205,12 @@ class Editor {
         EditSetup setup;
         uint8_t tool;
     };
-    using Order = std::variant<Undo, Redo, Use, Put, Note, Remove, ChangeJournal>;
-    struct Command { // trivially destructible, as rings want: owns `order` all the same
-        Order* order = nullptr;
+    using Command = std::variant<Undo, Redo, Use, Put, Note, Remove, ChangeJournal>;
+    struct InRing { // trivially destructible, as rings want: owns `command` all the same
+        Command* command = nullptr;
         uint64_t after = 0; // how many inputs had been pushed
     };
-    bool command(Order order);
+    bool command(Command command);
     void run(const std::stop_token& stop);
     void rest(const std::stop_token& stop);  // until there may be something to do
     bool go_on(const std::stop_token& stop); // false: there was nothing to do
@@ -244,7 +244,7 @@ class Editor {
     EditorOptions options_;
     std::unique_ptr<History> history_;
     Ring<EditInput> inputs_;
-    Ring<Command> commands_{64};
+    Ring<InRing> commands_{64};
     Mailbox<EditState> states_;
     Followers followers_;
     Wake wake_; // of the thread
@@ -256,7 +256,7 @@ class Editor {
     std::array<std::optional<EditSetup>, kTools> setups_;
     uint8_t tool_ = 0; // of the stroke under way, or of the last command
     size_t edited_ = 0;
-    std::optional<Command> command_; // the next
+    std::optional<InRing> command_; // the next
     std::deque<EditInput> waiting_;
     bool is_down_ = false; // the tool, after the last input that was taken
     uint64_t fed_ = 0;     // how many inputs have left waiting_

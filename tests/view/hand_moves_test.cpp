@@ -31,7 +31,7 @@ class HandMoves : public testing::Test {
         }
         work_.hand().touch().set_up(
             {.device = "exact", .path = haptics::HandPath(poses), .algorithm = "none"});
-        work_.obey({Order::Kind::hand_start, {}, 0.0, {}}, state_);
+        work_.obey(order::StartHand{}, state_);
         ASSERT_TRUE(work_.hand().touch().running()) << work_.take_message();
     }
     void wait(double seconds) {
@@ -44,8 +44,8 @@ class HandMoves : public testing::Test {
     void dab(const Tool& tool, double radius_mm, double x_mm) {
         state_.tool = &tool;
         state_.radius_mm = radius_mm;
-        for (const auto kind : {Order::Kind::stroke_down, Order::Kind::stroke_up})
-            work_.obey({kind, {x_mm, 0, 0}, time_s_ += 0.05, {}}, state_);
+        work_.obey(order::StrokeDown{{x_mm, 0, 0}, time_s_ += 0.05}, state_);
+        work_.obey(order::StrokeUp{{x_mm, 0, 0}, time_s_ += 0.05}, state_);
         work_.session().settle();
     }
     uint64_t hash(const char* name) { return content_hash(*work_.edited().document.find(name)); }
@@ -53,7 +53,7 @@ class HandMoves : public testing::Test {
 
 TEST_F(HandMoves, AFaceOfTheMeshGoesAsFarAsTheHand) {
     dab(kDrawTool, 20.0, 0.0);
-    work_.obey({Order::Kind::mesh_make, {}, time_s_}, state_);
+    work_.obey(order::MakeMesh{}, state_);
     ASSERT_TRUE(work_.mesh_pulling().mesh()) << work_.take_message();
     const auto at_x = [&] {
         return work_.mesh_pulling().mesh()->met({{90, 0, 0}, {-1, 0, 0}}).value();
@@ -122,7 +122,7 @@ TEST_F(HandMoves, TheBrushIsConfinedToValues) {
     const size_t brush = count(any), in_range = count(within);
     ASSERT_GT(in_range, 0u);
     ASSERT_LT(in_range, brush);
-    work_.obey({Order::Kind::undo, {}, time_s_}, state_);
+    work_.obey(order::Undo{}, state_);
     work_.session().settle();
     ASSERT_EQ(count(any), 0u);
     state_.only_values = GreyWindow{200.0, 800.0};

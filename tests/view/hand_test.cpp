@@ -17,7 +17,7 @@ namespace {
 TEST_F(HandTest, AButtonWithoutAToolIsTold) {
     Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);
     ViewState state = work.subject().home;
-    work.obey({Order::Kind::hand_start, {}, 0.0, {}}, state);
+    work.obey(order::StartHand{}, state);
     work.hand().follow(state, 1.0);
     (void)work.take_message();
     const auto press = [&](uint32_t buttons, double time_s) {
@@ -92,15 +92,15 @@ TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
         return work.hand().backlog();
     };
     EXPECT_EQ(at(1.0).inputs, 0u);
-    work.obey({Order::Kind::stroke_down, {30, 0, 0}, 1.5, {}}, state);
+    work.obey(order::StrokeDown{{30, 0, 0}, 1.5}, state);
     EXPECT_EQ(at(2.0).inputs, 1u);
-    work.obey({Order::Kind::stroke_move, {31, 0, 0}, 2.1, {}}, state);
+    work.obey(order::StrokeMove{{31, 0, 0}, 2.1}, state);
     EXPECT_EQ(at(2.5).inputs, 2u);
     EXPECT_EQ(at(2.5).seconds, 0.5); // of the older one
     work.session().settle();
     EXPECT_EQ(at(4.0).inputs, 0u);
     EXPECT_EQ(at(4.0).seconds, 0.0);
-    work.obey({Order::Kind::stroke_up, {31, 0, 0}, 4.5, {}}, state);
+    work.obey(order::StrokeUp{{31, 0, 0}, 4.5}, state);
     EXPECT_EQ(at(5.0).seconds, 0.0); // since it was first seen
     EXPECT_EQ(at(7.0).seconds, 2.0);
     EXPECT_GT(at(7.0).seconds, HandLink::kFarBehind_s);

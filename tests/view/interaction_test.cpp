@@ -223,18 +223,19 @@ TEST(Interaction, ABrushFollowsThePointerAndEscapeTakesItsStrokeBack) {
     ASSERT_EQ(hand.orders.size(), 3u);
     const glm::dvec3 begin = point_under(hand.state, subject.grid, Panel::axial, from),
                      end = point_under(hand.state, subject.grid, Panel::axial, to);
-    EXPECT_EQ(hand.orders[0].kind, Order::Kind::stroke_down);
-    EXPECT_EQ(hand.orders[0].at_mm, begin);
-    EXPECT_EQ(hand.orders[1].at_mm, end);
-    EXPECT_EQ(hand.orders[2].kind, Order::Kind::stroke_up);
-    EXPECT_EQ(hand.orders[2].at_mm, end);
-    EXPECT_LT(hand.orders[0].time_s, hand.orders[2].time_s);
+    const auto down = hand.given<order::StrokeDown>(0);
+    const auto move = hand.given<order::StrokeMove>(1);
+    const auto up = hand.given<order::StrokeUp>(2);
+    EXPECT_EQ(down.at_mm, begin);
+    EXPECT_EQ(move.at_mm, end);
+    EXPECT_EQ(up.at_mm, end);
+    EXPECT_LT(down.time_s, up.time_s);
     EXPECT_EQ(hand.state.crosshair_mm, subject.home.crosshair_mm);
     hand.press(Button::left);
     hand.key("r"); // nothing else happens while a stroke is drawn
     EXPECT_EQ(hand.state.drag->kind, Drag::Kind::tool);
     hand.key("escape");
-    EXPECT_EQ(hand.orders.back().kind, Order::Kind::stroke_cancel);
+    hand.given<order::StrokeCancel>(hand.orders.size() - 1);
     hand.move(from);
     hand.release(Button::left);
     EXPECT_EQ(hand.orders.size(), 5u);
@@ -307,10 +308,7 @@ TEST(Interaction, KeysDoWhatTheHelpSays) {
     hand.key("z", {.ctrl = true});
     hand.key("y", {.ctrl = true});
     hand.key("z", {.shift = true, .ctrl = true});
-    ASSERT_EQ(hand.orders.size(), 3u);
-    EXPECT_EQ(hand.orders[0].kind, Order::Kind::undo);
-    EXPECT_EQ(hand.orders[1].kind, Order::Kind::redo);
-    EXPECT_EQ(hand.orders[2].kind, Order::Kind::redo);
+    EXPECT_EQ(hand.orders, (std::vector<Order>{order::Undo{}, order::Redo{}, order::Redo{}}));
 }
 
 TEST(Interaction, WhatWidgetsTakeMovesNoView) {

@@ -22,8 +22,8 @@ class KeepingSteps : public TemporaryFolder {
         ViewState state = work.subject().home;
         state.tool = &kDrawTool;
         state.radius_mm = 6.0;
-        work.obey({Order::Kind::stroke_down, {x_mm, 0, 0}, 1.0, {}}, state);
-        work.obey({Order::Kind::stroke_up, {x_mm, 5, 0}, 1.1, {}}, state);
+        work.obey(order::StrokeDown{{x_mm, 0, 0}, 1.0}, state);
+        work.obey(order::StrokeUp{{x_mm, 5, 0}, 1.1}, state);
         work.session().settle();
     }
     static uint64_t labels(Work& work) {
@@ -58,7 +58,7 @@ TEST_F(KeepingSteps, ComeBackWithTheirUndo) {
         EXPECT_EQ(work.edited().redo_steps, 1u);
         EXPECT_TRUE(work.leaving_loses_edits());
         for (int i = 0; i < 2; ++i)
-            work.obey({Order::Kind::undo, {}, 2.0}, work.subject().home);
+            work.obey(order::Undo{}, work.subject().home);
         work.session().settle();
         EXPECT_EQ(labels(work), before);
         EXPECT_FALSE(work.leaving_loses_edits());
@@ -107,7 +107,7 @@ TEST_F(KeepingSteps, NotesComeBackWithThem) {
     EXPECT_EQ(work.session().scene().clip_planes, after.clip_planes);
     EXPECT_FALSE(style_of(*work.session().scene().labels, 3).visible);
     for (int i = 0; i < 4; ++i) {
-        work.obey({Order::Kind::undo, {}, 2.0}, state);
+        work.obey(order::Undo{}, state);
         work.session().settle();
         work.follow_notes(state, false);
     }

@@ -98,8 +98,8 @@ class Exports : public TemporaryFolder {
     ViewState state_ = work_.subject().home;
 
     // The last message to the person.
-    std::string write_out(Order::Kind kind, const std::string& name) {
-        work_.obey({kind, {}, 1.0, file(name).string()}, state_);
+    std::string write_out(const DocumentOrder& order) {
+        work_.obey(order, state_);
         std::string told = work_.take_message();
         while (told.starts_with("writing ")) {
             std::this_thread::yield();
@@ -115,13 +115,13 @@ TEST_F(Exports, ReplaceNoFileAndSayWhereTheyAre) {
     write("labels.nii.gz", "of a person");
     write("measures.csv", "of a person");
     state_.tool = &kDrawTool;
-    work_.obey({Order::Kind::stroke_down, {}, 0.1}, state_);
-    work_.obey({Order::Kind::stroke_up, {}, 0.2}, state_);
-    const std::string labels = write_out(Order::Kind::export_labels, "labels.nii.gz");
+    work_.obey(order::StrokeDown{{}, 0.1}, state_);
+    work_.obey(order::StrokeUp{{}, 0.2}, state_);
+    const std::string labels = write_out(order::ExportLabels{file("labels.nii.gz").string()});
     EXPECT_EQ(labels, "all labels written to " + file("labels-1.nii.gz").string() +
                           ", without their names");
     EXPECT_TRUE(load_labels(file("labels-1.nii.gz")));
-    const std::string measures = write_out(Order::Kind::export_measures, "measures.csv");
+    const std::string measures = write_out(order::ExportMeasures{file("measures.csv").string()});
     EXPECT_EQ(measures, "measures written: " + file("measures-1.csv").string());
     EXPECT_TRUE(fs::exists(file("measures-1.csv")));
     for (const char* name : {"labels.nii.gz", "measures.csv"})

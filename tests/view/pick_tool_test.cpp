@@ -52,7 +52,7 @@ TEST(PickTool, LeavesEverythingWhereThereIsNothingToTake) {
     EXPECT_FALSE(hand.state.only_values) << "one value is no range";
     EXPECT_EQ(hand.state.label, subject.home.label);
     ASSERT_EQ(hand.orders.size(), 1u);
-    EXPECT_EQ(hand.orders.front().kind, Order::Kind::tell);
+    hand.given<order::Tell>(0);
 }
 
 TEST(PickTool, TakesWhatIsSeenIn3D) {

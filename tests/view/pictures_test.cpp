@@ -202,8 +202,8 @@ TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
             state_.radius_mm = 1.5 * sample_mm;
             const glm::dvec3 at = center + (away_mm + 3.0 * sample_mm) * axial.right +
                                   (away_mm + 3.0 * sample_mm + i * sample_mm) * axial.up;
-            work_.obey({Order::Kind::stroke_down, at, double(i), {}}, state_);
-            work_.obey({Order::Kind::stroke_up, at, double(i) + 0.5, {}}, state_);
+            work_.obey(order::StrokeDown{at, double(i)}, state_);
+            work_.obey(order::StrokeUp{at, double(i) + 0.5}, state_);
             const uint64_t before = work_.edited().snapshot;
             work_.session().settle();
             ASSERT_GT(work_.edited().snapshot, before);
@@ -334,8 +334,8 @@ TEST_F(PicturesTest, AToolThatMovesLeavesTheRestOfThePictureAsItIs) {
     EXPECT_EQ(pictures_until_full(), std::vector<bool>{true});
     state_.tool = &kCutTool;
     state_.radius_mm = 10.0;
-    for (const auto kind : {Order::Kind::stroke_down, Order::Kind::stroke_up})
-        work_.obey({kind, state_.crosshair_mm, 1.0, {}}, state_);
+    work_.obey(order::StrokeDown{state_.crosshair_mm, 1.0}, state_);
+    work_.obey(order::StrokeUp{state_.crosshair_mm, 1.0}, state_);
     work_.session().settle();
     ASSERT_EQ(work_.edited().undo_steps, 1u);
     EXPECT_EQ(pictures_until_full(), std::vector<bool>{true});

@@ -68,6 +68,11 @@ struct TestHand {
     void wheel(double notches, Modifiers held = {}) {
         take({.kind = Event::Kind::wheel, .modifiers = held, .wheel = {0.0, notches}});
     }
+    // An order to the document by its place among `orders`; one of another type throws.
+    template <class One>
+    One given(size_t number) const {
+        return std::get<One>(std::get<DocumentOrder>(orders.at(number)));
+    }
     glm::dvec2 middle(Panel panel) const {
         const Box box = box_of(state, panel).value();
         return glm::floor(glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px));

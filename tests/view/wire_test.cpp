@@ -107,8 +107,7 @@ TEST(WireTool, ClicksFreezeAndEscapeDrops) {
     for (const glm::dvec2 by : {glm::dvec2(-30, -30), {40, -30}, {40, 30}})
         click(by);
     click({-29, -29}); // on the first
-    ASSERT_EQ(hand.orders.size(), 1u);
-    EXPECT_EQ(hand.orders[0].kind, Order::Kind::fill_wire);
+    EXPECT_EQ(hand.orders, std::vector<Order>{order::FillWire{}});
     EXPECT_EQ(hand.state.own.of<Wiring>().closed.size(), 3u);
     EXPECT_TRUE(hand.state.own.of<Wiring>().frozen.empty());
 }

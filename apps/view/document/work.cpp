@@ -29,103 +29,61 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     };
 }
 
-void Work::obey(const Order& order, const ViewState& state) {
-    const StrokePose pose{order.time_s, {order.at_mm}};
+void Work::obey(const DocumentOrder& order, const ViewState& state) {
     PulledMesh* mesh = mesh_pulling_.mesh();
-    switch (order.kind) {
-        case Order::Kind::stroke_down:
-            hand_.begin_stroke(pose, state);
-            break;
-        case Order::Kind::stroke_move:
-            hand_.move_stroke(pose);
-            break;
-        case Order::Kind::stroke_up:
-            hand_.end_stroke(pose);
-            break;
-        case Order::Kind::stroke_cancel:
-            hand_.cancel_stroke(order.time_s);
-            break;
-        case Order::Kind::hand_start:
-            hand_.start(order.path, state.stylus);
-            break;
-        case Order::Kind::hand_stop:
-            hand_.touch().stop();
-            break;
-        case Order::Kind::hand_arm:
-            hand_.touch().arm();
-            break;
-        case Order::Kind::hand_disarm:
-            hand_.touch().disarm();
-            break;
-        case Order::Kind::undo:
-        case Order::Kind::redo:
-            notes().keep(state.notes);
-            step_back(order.kind == Order::Kind::undo);
-            break;
-        case Order::Kind::save:
-            saving_.save(state, order.path);
-            break;
-        case Order::Kind::export_measures:
-            export_measures(state, order.path);
-            break;
-        case Order::Kind::export_labels:
-            label_export_.begin(state.label, order.path);
-            break;
-        case Order::Kind::segment:
-            segmentation_.begin(state);
-            break;
-        case Order::Kind::bound:
-            segmentation_.bound(state);
-            break;
-        case Order::Kind::stop_segmenting:
-            segmentation_.stop();
-            break;
-        case Order::Kind::clear_seeds:
-            clear_seeds();
-            break;
-        case Order::Kind::fill_wire:
-            segmentation_.wire().fill(state);
-            break;
-        case Order::Kind::keep_largest:
-        case Order::Kind::fill_holes:
-            mesh_pulling_.clean(state, order.kind == Order::Kind::fill_holes);
-            break;
-        case Order::Kind::mesh_make:
-            mesh_pulling_.make(state.label);
-            break;
-        case Order::Kind::mesh_apply:
-            mesh_pulling_.apply(state);
-            break;
-        case Order::Kind::mesh_drop:
-            mesh_pulling_.drop();
-            break;
-        case Order::Kind::pull_down:
+    const auto step = [&](bool is_undo) {
+        notes().keep(state.notes);
+        step_back(is_undo);
+    };
+    const Overloaded each{
+        [&](const order::StrokeDown& to) {
+            hand_.begin_stroke({to.time_s, {to.at_mm}}, state);
+        },
+        [&](const order::StrokeMove& to) {
+            hand_.move_stroke({to.time_s, {to.at_mm}});
+        },
+        [&](const order::StrokeUp& to) {
+            hand_.end_stroke({to.time_s, {to.at_mm}});
+        },
+        [&](const order::StrokeCancel& now) { hand_.cancel_stroke(now.time_s); },
+        [&](const order::StartHand& on) { hand_.start(on.device, state.stylus); },
+        [&](order::StopHand) { hand_.touch().stop(); },
+        [&](order::ArmHand) { hand_.touch().arm(); },
+        [&](order::DisarmHand) { hand_.touch().disarm(); },
+        [&](order::Undo) { step(true); },
+        [&](order::Redo) { step(false); },
+        [&](const order::Save& to) { saving_.save(state, to.folder); },
+        [&](const order::ExportMeasures& to) { export_measures(state, to.path); },
+        [&](const order::ExportLabels& to) { label_export_.begin(state.label, to.path); },
+        [&](order::Segment) { segmentation_.begin(state); },
+        [&](order::Bound) { segmentation_.bound(state); },
+        [&](order::StopSegmenting) { segmentation_.stop(); },
+        [&](order::ClearSeeds) { clear_seeds(); },
+        [&](order::FillWire) { segmentation_.wire().fill(state); },
+        [&](order::KeepLargest) { mesh_pulling_.clean(state, false); },
+        [&](order::FillHoles) { mesh_pulling_.clean(state, true); },
+        [&](order::MakeMesh) { mesh_pulling_.make(state.label); },
+        [&](order::ApplyMesh) { mesh_pulling_.apply(state); },
+        [&](order::DropMesh) { mesh_pulling_.drop(); },
+        [&](const order::PullDown& from) {
             if (mesh)
-                mesh->hold(order.at_mm, state.own.of<Pulling>().reach);
-            break;
-        case Order::Kind::pull_move:
+                mesh->hold(from.at_mm, state.own.of<Pulling>().reach);
+        },
+        [&](const order::PullMove& to) {
             if (mesh)
-                mesh->pull(order.at_mm);
-            break;
-        case Order::Kind::pull_up:
-        case Order::Kind::pull_cancel:
+                mesh->pull(to.at_mm);
+        },
+        [&](order::PullUp) {
             if (mesh)
-                mesh->let_go(order.kind == Order::Kind::pull_up);
-            break;
-        case Order::Kind::tell:
-            tell(order.path);
-            break;
-        case Order::Kind::open:
-        case Order::Kind::open_labels:
-        case Order::Kind::open_fused:
-        case Order::Kind::close:
-        case Order::Kind::leave:
-        case Order::Kind::cancel_opening:
-        case Order::Kind::picture:
-        case Order::Kind::figure:
-        case Order::Kind::stop_figure:
-            break; // the window's
-    }
+                mesh->let_go(true);
+        },
+        [&](order::PullCancel) {
+            if (mesh)
+                mesh->let_go(false);
+        },
+        [&](const order::Tell& told) { tell(told.words); },
+    };
+    std::visit(each, order);
 }
 
 void Work::poll() {

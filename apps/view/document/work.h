@@ -8,6 +8,7 @@
 #include "apps/view/document/label_export.h"
 #include "apps/view/document/mesh_pulling.h"
 #include "apps/view/document/open_document.h"
+#include "apps/view/document/order.h"
 #include "apps/view/document/saving.h"
 #include "apps/view/document/segmentation.h"
 
@@ -30,8 +31,7 @@ class Work : public OpenDocument {
     const Saving& saving() const { return saving_; }
     Figures& figures() { return figures_; }
 
-    // Does what an event asks for, by the part whose it is; `open` is the caller's.
-    void obey(const Order& order, const ViewState& state);
+    void obey(const DocumentOrder& order, const ViewState& state); // by the part whose it is
 
     // For each frame, after the hand was followed: what has become of all that takes a while.
     void poll();

@@ -48,7 +48,7 @@ void Interface::draw_figure_panel(ViewState& state, std::vector<Order>& orders) 
                            ImVec2(-ImGui::CalcTextSize("cancel__").x, 0.0f));
         ImGui::SameLine();
         if (ImGui::Button("cancel"))
-            orders.push_back({Order::Kind::stop_figure, {}, time_s_});
+            orders.push_back(order::StopFigure{});
         note("figure/cancel");
         return;
     }
@@ -57,7 +57,7 @@ void Interface::draw_figure_panel(ViewState& state, std::vector<Order>& orders) 
     note("figure/file");
     ImGui::SameLine();
     if (ImGui::Button("write"))
-        orders.push_back({Order::Kind::figure, {}, time_s_, figure_file_.data()});
+        orders.push_back(order::PrintFigure{figure_file_.data()});
     note("figure/write");
 }
 

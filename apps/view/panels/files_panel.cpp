@@ -33,11 +33,11 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
     note("file/open");
     ImGui::SameLine();
     if (ImGui::Button("save"))
-        orders.push_back({Order::Kind::save, {}, time_s_, {}});
+        orders.push_back(order::Save{});
     note("file/save");
     ImGui::SameLine();
     if (ImGui::Button("picture"))
-        orders.push_back({Order::Kind::picture, {}, time_s_, {}});
+        orders.push_back(order::TakePicture{});
     note("file/picture");
     ImGui::Checkbox("hide names", &state.names_hidden);
     note("file/hide");
@@ -48,7 +48,7 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
             const fs::path path(recent_[i]);
             const std::string name = (path.has_filename() ? path : path.parent_path()).filename();
             if (ImGui::Selectable(name.c_str()))
-                orders.push_back({Order::Kind::open, {}, time_s_, recent_[i]});
+                orders.push_back(order::Open{recent_[i]});
             if (ImGui::IsItemHovered())
                 ImGui::SetTooltip("%s", recent_[i].c_str());
             note(fmt::format("file/recent/{}", i).c_str());
@@ -95,9 +95,9 @@ void Interface::draw_history(Work& work, std::vector<Order>& orders) {
             ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
         if (ImGui::Selectable(title.c_str(), done == edit.undo_steps)) {
             for (size_t i = done; i < edit.undo_steps; ++i)
-                orders.push_back({Order::Kind::undo, {}, time_s_, {}});
+                orders.push_back(order::Undo{});
             for (size_t i = edit.undo_steps; i < done; ++i)
-                orders.push_back({Order::Kind::redo, {}, time_s_, {}});
+                orders.push_back(order::Redo{});
         }
         note(fmt::format("file/step/{}", done).c_str());
         if (is_redo)
@@ -123,12 +123,20 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                                    0.5f * static_cast<float>(state.size_px.y)),
                             ImGuiCond_Always, ImVec2(0.5f, 0.5f));
     ImGui::SetNextWindowSize(size);
-    const auto [kind, title] =
-        state.browsing == Browsing::labels
-            ? std::pair(Order::Kind::open_labels, "Labels of this volume")
-        : state.browsing == Browsing::fused
-            ? std::pair(Order::Kind::open_fused, "A volume over the slices of this one")
-            : std::pair(Order::Kind::open, "Open a volume, a scene or a project");
+    const bool labels = state.browsing == Browsing::labels,
+               fused = state.browsing == Browsing::fused;
+    const auto open = [&](std::string path) {
+        if (labels)
+            orders.push_back(order::OpenLabels{std::move(path)});
+        else if (fused)
+            orders.push_back(order::OpenFused{std::move(path)});
+        else
+            orders.push_back(order::Open{std::move(path)});
+        state.browser_open = false;
+    };
+    const char* title = labels  ? "Labels of this volume"
+                        : fused ? "A volume over the slices of this one"
+                                : "Open a volume, a scene or a project";
     ImGui::Begin(title, &state.browser_open,
                  ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                      ImGuiWindowFlags_NoSavedSettings);
@@ -139,21 +147,17 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
     if (const char* home = std::getenv("HOME"); home && ImGui::Button("home"))
         browse(home);
     ImGui::SameLine();
-    if (ImGui::Button("open this folder")) { // of DICOM files or slices, or a project
-        orders.push_back({kind, {}, time_s_, browsed_});
-        state.browser_open = false;
-    }
+    if (ImGui::Button("open this folder")) // of DICOM files or slices, or a project
+        open(browsed_);
     note("browser/folder");
     ImGui::SetNextItemWidth(-1.0f);
     if (ImGui::InputText("##path", typed_.data(), typed_.size(),
                          ImGuiInputTextFlags_EnterReturnsTrue)) {
         std::error_code ignored;
-        if (fs::is_directory(typed_.data(), ignored)) {
+        if (fs::is_directory(typed_.data(), ignored))
             browse(typed_.data());
-        } else {
-            orders.push_back({kind, {}, time_s_, typed_.data()});
-            state.browser_open = false;
-        }
+        else
+            open(typed_.data());
     }
     note("browser/path");
     if (!browser_error_.empty())
@@ -177,12 +181,10 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                     ImGui::SetTooltip("%s", name.c_str());
                 if (chosen) {
                     const fs::path path = fs::path(browsed_) / entry.name;
-                    if (entry.is_folder && !Project::is_one(path)) {
+                    if (entry.is_folder && !Project::is_one(path))
                         next = path;
-                    } else {
-                        orders.push_back({kind, {}, time_s_, path.string()});
-                        state.browser_open = false;
-                    }
+                    else
+                        open(path.string());
                 }
                 note(fmt::format("browser/{}", entry.name).c_str());
                 if (!bytes.empty()) {
@@ -229,7 +231,7 @@ void Interface::draw_opening(const ViewState& state, std::vector<Order>& orders)
                        ImVec2(18.0f * ImGui::GetFontSize(), 0.0f), shown.c_str());
     note("opening/share");
     if (ImGui::Button("cancel"))
-        orders.push_back({Order::Kind::cancel_opening, {}, time_s_, {}});
+        orders.push_back(order::CancelOpening{});
     note("opening/cancel");
     ImGui::End();
 }

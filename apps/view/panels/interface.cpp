@@ -320,12 +320,12 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
         if (ImGui::Button("save")) {
             state.leaving->saving = true;
             state.leaving->applying = pulled;
-            orders.push_back({pulled ? Order::Kind::mesh_apply : Order::Kind::save, {}, time_s_});
+            orders.push_back(pulled ? Order(order::ApplyMesh{}) : order::Save{});
         }
         note("leave/save");
         ImGui::SameLine();
         if (ImGui::Button("discard"))
-            orders.push_back({Order::Kind::leave, {}, time_s_});
+            orders.push_back(order::Leave{});
         note("leave/discard");
         ImGui::SameLine();
         open &= !ImGui::Button("cancel");
@@ -348,7 +348,7 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
         ImGui::SameLine();
         if (ImGui::Button("undo them")) {
             for (size_t i = 0; i < steps; ++i)
-                orders.push_back({Order::Kind::undo, {}, time_s_});
+                orders.push_back(order::Undo{});
             open = false;
         }
         note("recovered/undo");
@@ -383,7 +383,7 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
             note("save/failed");
         }
         if (ImGui::Button("save") || entered || state.saving_entered) {
-            orders.push_back({Order::Kind::save, {}, time_s_, folder_.data()});
+            orders.push_back(order::Save{folder_.data()});
             state.saving_open = false;
         }
         note("save/save");

@@ -127,7 +127,7 @@ void Interface::draw_label_files(ViewState& state, std::vector<Order>& orders) {
     note("labels/file");
     ImGui::SameLine();
     if (ImGui::Button("export"))
-        orders.push_back({Order::Kind::export_labels, {}, time_s_, labels_file_.data()});
+        orders.push_back(order::ExportLabels{labels_file_.data()});
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip("%s",
                           ".nii.gz, .nrrd, .mha: all labels\n"
@@ -216,17 +216,17 @@ void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Ord
         ImGui::TextDisabled("no sample carries it");
         return;
     }
-    const auto button = [&](const char* text, const char* id, Order::Kind kind) {
+    const auto button = [&](const char* text, const char* id, Order order) {
         if (ImGui::Button(text))
-            orders.push_back({kind, {}, time_s_});
+            orders.push_back(std::move(order));
         note(id);
     };
     const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
     ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
     ImGui::BeginDisabled(work.mesh_pulling().share().has_value());
-    button("largest piece", "labels/largest", Order::Kind::keep_largest);
+    button("largest piece", "labels/largest", order::KeepLargest{});
     ImGui::SameLine();
-    button("fill holes", "labels/fill", Order::Kind::fill_holes);
+    button("fill holes", "labels/fill", order::FillHoles{});
     ImGui::EndDisabled();
     for (const LabelStatistics& one : known->labels) {
         if (one.label != state.label)

@@ -93,7 +93,7 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
     note("measure/file");
     ImGui::SameLine();
     if (ImGui::Button("export CSV"))
-        orders.push_back({Order::Kind::export_measures, {}, time_s_, export_.data()});
+        orders.push_back(order::ExportMeasures{export_.data()});
     note("measure/export");
 }
 

@@ -146,18 +146,18 @@ void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orde
         state.label = static_cast<uint16_t>(std::clamp(label, 1, 65535));
     note("tool/label");
     const EditState edit = work.edited();
-    const auto button = [&](const char* name, bool possible, Order::Kind kind) {
+    const auto button = [&](const char* name, bool possible, Order order) {
         ImGui::BeginDisabled(!possible);
         if (ImGui::Button(name))
-            orders.push_back({kind, {}, time_s_, {}});
+            orders.push_back(std::move(order));
         ImGui::EndDisabled();
         note(fmt::format("tool/{}", name).c_str());
     };
-    button("undo", edit.undo_steps > 0, Order::Kind::undo);
+    button("undo", edit.undo_steps > 0, order::Undo{});
     ImGui::SameLine();
-    button("redo", edit.redo_steps > 0, Order::Kind::redo);
+    button("redo", edit.redo_steps > 0, order::Redo{});
     ImGui::SameLine();
-    button("save", true, Order::Kind::save);
+    button("save", true, order::Save{});
 }
 
 void Interface::draw_window(ViewState& state, Work& work) {

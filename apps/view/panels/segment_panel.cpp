@@ -34,7 +34,7 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
         state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
     note("segment/label");
     if (ImGui::Button("clear seeds"))
-        orders.push_back({Order::Kind::clear_seeds, {}, time_s_, {}});
+        orders.push_back(order::ClearSeeds{});
     note("segment/clear");
 }
 
@@ -146,7 +146,7 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
     if (!is_let_go || !segmenting.preview)
         return;
     bound_held_ = true; // until it is taken
-    orders.push_back({Order::Kind::bound, {}, time_s_, {}});
+    orders.push_back(order::Bound{});
 }
 
 void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
@@ -166,23 +166,23 @@ void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Ord
 
 // The mesh of a label, whose faces are pulled, and which becomes the label again.
 void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders) {
-    const auto button = [&](const char* name, const char* id, Order::Kind kind) {
+    const auto button = [&](const char* name, const char* id, Order order) {
         const bool pressed = ImGui::Button(name);
         note(fmt::format("mesh/{}", id).c_str());
         if (pressed)
-            orders.push_back({kind, {}, time_s_});
+            orders.push_back(std::move(order));
         return pressed;
     };
     if (const auto share = work.mesh_pulling().share()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
         ImGui::SameLine();
-        button("cancel##mesh", "cancel", Order::Kind::mesh_drop);
+        button("cancel##mesh", "cancel", order::DropMesh{});
         return;
     }
     if (!work.mesh_pulling().mesh()) {
         const std::string name = fmt::format("mesh of label {}", state.label);
-        if (button(name.c_str(), "make", Order::Kind::mesh_make))
+        if (button(name.c_str(), "make", order::MakeMesh{}))
             state.tool = &kPullTool;
         return;
     }
@@ -195,9 +195,9 @@ void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Orde
         pulling.reach = static_cast<uint32_t>(reach);
     note("mesh/reach");
     button(fmt::format("into label {}", work.mesh_pulling().mesh()->label()).c_str(), "apply",
-           Order::Kind::mesh_apply);
+           order::ApplyMesh{});
     ImGui::SameLine();
-    button("drop", "drop", Order::Kind::mesh_drop);
+    button("drop", "drop", order::DropMesh{});
     hint("drag it in 3D or where a slice cuts it");
 }
 
@@ -225,11 +225,11 @@ void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& or
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
         ImGui::SameLine();
         if (ImGui::Button("cancel"))
-            orders.push_back({Order::Kind::stop_segmenting, {}, time_s_, {}});
+            orders.push_back(order::StopSegmenting{});
         note("segment/cancel");
     } else {
         if (ImGui::Button("segment##run"))
-            orders.push_back({Order::Kind::segment, {}, time_s_, {}});
+            orders.push_back(order::Segment{});
         note("segment/run");
     }
     draw_strength(state, work, orders);

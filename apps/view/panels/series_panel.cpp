@@ -20,8 +20,7 @@ void Interface::draw_series(ViewState& state, Work& work, std::vector<Order>& or
     for (const SeriesLine& line : series) {
         ImGui::PushID(static_cast<int>(line.number));
         if (ImGui::Selectable(wrapped(line.shown(state.names_hidden)).c_str(), line.is_open))
-            orders.push_back(
-                {Order::Kind::open, {}, time_s_, work.path(), std::to_string(line.number)});
+            orders.push_back(order::Open{work.path(), std::to_string(line.number)});
         note(fmt::format("file/series/{}", line.number).c_str());
         ImGui::PopID();
     }
@@ -45,8 +44,7 @@ void Interface::draw_series_chooser(ViewState& state, Work& work, std::vector<Or
         ImGui::PushID(static_cast<int>(i));
         const ImVec2 at = ImGui::GetCursorPos();
         if (ImGui::Selectable("##series", series[i].is_open, 0, ImVec2(0.0f, side)))
-            orders.push_back(
-                {Order::Kind::open, {}, time_s_, work.path(), std::to_string(series[i].number)});
+            orders.push_back(order::Open{work.path(), std::to_string(series[i].number)});
         note(fmt::format("series/{}", series[i].number).c_str());
         const ImVec2 next = ImGui::GetCursorPos();
         ImGui::SetCursorPos(at);

@@ -76,7 +76,6 @@ void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& ord
 void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Order>& orders) {
     Touch& touch = work.hand().touch();
     HandOptions options = touch.options();
-    const auto order = [&](Order::Kind kind) { orders.push_back({kind, {}, time_s_, {}}); };
     bool changed = false;
     const std::string device = options.device.empty() ? kMouse : options.device;
     if (ImGui::BeginCombo("device", device.c_str())) {
@@ -109,12 +108,12 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
     if (changed) {
         touch.set_up(options);
         if (touch.running()) // disarmed again
-            order(Order::Kind::hand_start);
+            orders.push_back(order::StartHand{});
     }
     if (ImGui::Button(touch.running() ? "stop" : "start")) {
         if (!touch.running())
             begin_hand(state, work.subject());
-        order(touch.running() ? Order::Kind::hand_stop : Order::Kind::hand_start);
+        orders.push_back(touch.running() ? Order(order::StopHand{}) : order::StartHand{});
     }
     note("touch/start");
     ImGui::SameLine();
@@ -123,7 +122,7 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
     if (armed)
         ImGui::PushStyleColor(ImGuiCol_Button, ImVec4(0.75f, 0.25f, 0.1f, 1.0f));
     if (ImGui::Button(armed ? "disarm" : "arm"))
-        order(armed ? Order::Kind::hand_disarm : Order::Kind::hand_arm);
+        orders.push_back(armed ? Order(order::DisarmHand{}) : order::ArmHand{});
     note("touch/arm");
     if (armed)
         ImGui::PopStyleColor();

@@ -7,24 +7,24 @@ namespace palpate::view {
 std::optional<Drag::Kind> press_stroke(const ToolEvent& at) {
     if (!is_slice(at.panel))
         return std::nullopt;
-    at.order(Order::Kind::stroke_down, at.point_mm());
+    at.order(order::StrokeDown{at.point_mm(), at.event.time_s});
     return Drag::Kind::tool;
 }
 
 void drag_stroke(const ToolEvent& at) {
-    at.order(Order::Kind::stroke_move, at.point_mm());
+    at.order(order::StrokeMove{at.point_mm(), at.event.time_s});
 }
 
 void end_stroke(const ToolEvent& at) {
     const ViewState& state = at.state();
-    at.order(Order::Kind::stroke_up,
-             box_of(state, at.panel)
-                 ? point_under(state, at.subject.grid, at.panel, state.drag->last_px)
-                 : state.crosshair_mm); // the layout changed meanwhile
+    at.order(order::StrokeUp{
+        box_of(state, at.panel) ? point_under(state, at.subject.grid, at.panel, state.drag->last_px)
+                                : state.crosshair_mm, // the layout changed meanwhile
+        at.event.time_s});
 }
 
 void abort_stroke(const ToolEvent& at) {
-    at.order(Order::Kind::stroke_cancel);
+    at.order(order::StrokeCancel{at.event.time_s});
 }
 
 // `stroke`: what it does; `first_button`: Tool::first_button.

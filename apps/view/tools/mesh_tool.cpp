@@ -23,7 +23,7 @@ std::optional<Drag::Kind> press_mesh(const ToolEvent& at) {
     if (!met)
         return std::nullopt;
     state.own.of<Pulling>().held_mm = *met;
-    at.order(Order::Kind::pull_down, *met);
+    at.order(order::PullDown{*met});
     return Drag::Kind::tool;
 }
 
@@ -43,7 +43,7 @@ void drag_mesh(const ToolEvent& at) {
             return;
         goal = ray.origin_mm + glm::dot(held - ray.origin_mm, away) / along * ray.direction;
     }
-    at.order(Order::Kind::pull_move, goal);
+    at.order(order::PullMove{goal});
 }
 
 } // namespace
@@ -55,8 +55,8 @@ constinit const Tool kPullTool{
     .help = "pulls the mesh of a label",
     .press = press_mesh,
     .drag = drag_mesh,
-    .release = [](const ToolEvent& at) { at.order(Order::Kind::pull_up); },
-    .abort = [](const ToolEvent& at) { at.order(Order::Kind::pull_cancel); },
+    .release = [](const ToolEvent& at) { at.order(order::PullUp{}); },
+    .abort = [](const ToolEvent& at) { at.order(order::PullCancel{}); },
     .marks = draw_mesh,
 };
 

@@ -19,7 +19,7 @@ bool pick_label(const ToolEvent& at, glm::dvec3 point_mm) {
     if (label == 0)
         return false;
     at.state().label = label;
-    at.order(Order::Kind::tell, {}, fmt::format("label {} is drawn now", label));
+    at.tell(fmt::format("label {} is drawn now", label));
     return true;
 }
 
@@ -53,12 +53,10 @@ void drag_pick(const ToolEvent& at) {
 void release_pick(const ToolEvent& at) {
     const auto [low, high] = at.state().own.of<Picking>();
     if (!(low < high))
-        return at.order(Order::Kind::tell, {},
-                        "no label is here: a drag takes the range of its grey values");
+        return at.tell("no label is here: a drag takes the range of its grey values");
     at.state().only_values = {low, high};
-    at.order(Order::Kind::tell, {},
-             fmt::format("tools on labels change samples of {:g} .. {:g} alone (tab labels)", low,
-                         high));
+    at.tell(fmt::format("tools on labels change samples of {:g} .. {:g} alone (tab labels)", low,
+                        high));
 }
 
 void click_pick(const ToolEvent& at) {
@@ -66,7 +64,7 @@ void click_pick(const ToolEvent& at) {
                           ? at.subject.pick(ray_under(at.state(), at.state().pointer_px))
                           : std::nullopt;
     if (seen && !pick_label(at, *seen))
-        at.order(Order::Kind::tell, {}, "no label is here");
+        at.tell("no label is here");
 }
 
 } // namespace

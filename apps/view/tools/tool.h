@@ -26,9 +26,8 @@ struct ToolEvent {
     glm::dvec3 point_mm() const {
         return point_under(next.state, subject.grid, panel, next.state.pointer_px);
     }
-    void order(Order::Kind kind, glm::dvec3 at_mm = glm::dvec3(0.0), std::string words = {}) const {
-        next.orders.push_back({kind, at_mm, event.time_s, std::move(words)});
-    }
+    void order(Order order) const { next.orders.push_back(std::move(order)); }
+    void tell(std::string words) const { order(order::Tell{std::move(words)}); }
 };
 
 // A tool of the left button, as one value of the table tools(). Keys, the tool bar and the help are

@@ -28,7 +28,7 @@ void freeze(Wiring& wiring, const std::vector<glm::uvec3>& more) {
     wiring.live.clear();
 }
 
-void close(Outcome& next, const Event& event, const Subject& subject) {
+void close(Outcome& next, const Subject& subject) {
     Wiring& wiring = next.state.own.of<Wiring>();
     const std::vector<glm::uvec3> back =
         path(subject, wiring.frozen.back(), wiring.frozen.front(), wiring.axis);
@@ -36,7 +36,7 @@ void close(Outcome& next, const Event& event, const Subject& subject) {
     wiring.frozen.pop_back(); // the first again
     wiring.closed = std::move(wiring.frozen);
     wiring.frozen.clear();
-    next.orders.push_back({Order::Kind::fill_wire, {}, event.time_s, {}});
+    next.orders.push_back(order::FillWire{});
 }
 
 constexpr size_t kFewest = 3; // samples of a contour
@@ -73,21 +73,20 @@ void press_in_wire_slice(const ToolEvent& at) {
     if (wiring.frozen.empty()) {
         const auto axis = axis_across(grid, state.slices[static_cast<size_t>(at.panel)]);
         if (!axis)
-            at.order(Order::Kind::tell, {},
-                     "live-wire needs a slice along the samples: R turns planes back");
+            at.tell("live-wire needs a slice along the samples: R turns planes back");
         else if (sample && !at.twice)
             wiring = {*axis, {*sample}, {}, {}};
         return;
     }
     if (!shows_wire(state, grid, at.panel))
-        return at.order(Order::Kind::tell, {}, "the contour lies in another slice: Esc drops it");
+        return at.tell("the contour lies in another slice: Esc drops it");
     if (!sample)
         return;
     const auto first =
         pixel_of(state, grid, at.panel, world_point(grid, glm::dvec3(wiring.frozen.front())));
     const bool ends = at.twice || (first && glm::distance(*first, state.pointer_px) <= kFirst_px);
     if (ends && wiring.frozen.size() >= kFewest)
-        return close(at.next, at.event, at.subject);
+        return close(at.next, at.subject);
     if (!at.twice)
         freeze(wiring, path(at.subject, wiring.frozen.back(), *sample, wiring.axis));
 }
@@ -123,7 +122,7 @@ bool use_wire_key(Outcome& next, const Event& event, const Subject& subject) {
     if (event.key != "enter" || next.state.tool != &kWireTool ||
         next.state.own.of<Wiring>().frozen.size() < kFewest)
         return false;
-    close(next, event, subject);
+    close(next, subject);
     return true;
 }
 

@@ -19,7 +19,7 @@ struct Wiring {
 
 // The live-wire tool. In a slice along the samples a click begins a contour; from there the path of
 // least cost (Subject::path) follows the pointer, and each click freezes it. Enter, a double click
-// or a click on the first sample closes the contour by one more path, and Order::Kind::fill_wire
+// or a click on the first sample closes the contour by one more path, and order::FillWire
 // asks for its inside. A contour stays in the slice in which it was begun.
 
 extern const Tool kWireTool;

@@ -226,10 +226,10 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
             break;
         case Event::Kind::drop:
             if (!event.paths.empty())
-                next.orders.push_back({Order::Kind::open, {}, event.time_s, event.paths.front()});
+                next.orders.push_back(order::Open{event.paths.front()});
             break;
         case Event::Kind::close:
-            next.orders.push_back({Order::Kind::close, {}, event.time_s});
+            next.orders.push_back(order::Close{});
             break;
     }
     if (event.kind != Event::Kind::move && !event.for_widget) // boxes may have moved

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "apps/view/document/order.h"
 #include "apps/view/window/state.h"
 
 namespace palpate::view {

@@ -23,7 +23,7 @@ struct KeyPress {
 
     bool is(const char* key) const { return event.key == key; }
     bool shift() const { return event.modifiers.shift; }
-    void order(Order::Kind kind) const { next.orders.push_back({kind, {}, event.time_s, {}}); }
+    void order(Order order) const { next.orders.push_back(std::move(order)); }
 };
 
 struct KeyLine {
@@ -93,11 +93,11 @@ void go_on(Choice& choice, size_t count) {
 void start_or_stop_hand(const KeyPress& press) {
     if (!press.state.stylus.on)
         begin_hand(press.state, press.subject);
-    press.order(press.state.stylus.on ? Order::Kind::hand_stop : Order::Kind::hand_start);
+    press.order(press.state.stylus.on ? Order(order::StopHand{}) : order::StartHand{});
 }
 
 void undo_or_redo(const KeyPress& press) {
-    press.order(press.is("y") || press.shift() ? Order::Kind::redo : Order::Kind::undo);
+    press.order(press.is("y") || press.shift() ? Order(order::Redo{}) : order::Undo{});
 }
 
 const KeyLine kButtons[] = {
@@ -124,10 +124,10 @@ const KeyLine kKeys[] = {
            p.state.browsing = Browsing::documents;
        },
        true},
-      {"s", [](const KeyPress& p) { p.order(Order::Kind::save); }, true}}},
+      {"s", [](const KeyPress& p) { p.order(order::Save{}); }, true}}},
     {"Ctrl+P",
      "picture of the window, PNG, in the current folder",
-     {{"p", [](const KeyPress& p) { p.order(Order::Kind::picture); }, true}}},
+     {{"p", [](const KeyPress& p) { p.order(order::TakePicture{}); }, true}}},
     {"Esc", "cancel the stroke; close an open list"},
     {"1 .. 9", "windows", {{"1 2 3 4 5 6 7 8 9", choose_window}}},
     {"S, A, D",
@@ -173,7 +173,7 @@ const KeyLine kKeys[] = {
       {"space",
        [](const KeyPress& p) {
            if (p.state.stylus.on)
-               p.order(Order::Kind::hand_arm);
+               p.order(order::ArmHand{});
        }}}},
     {"K, J, I",
      "touch: shape of the tool, force as an arrow, widgets in 3D",
@@ -233,7 +233,7 @@ void use_saving_key(const KeyPress& press) {
     if (press.is("escape"))
         press.state.saving_open = false;
     else if (press.is("s") && press.event.modifiers.ctrl)
-        press.order(Order::Kind::save);
+        press.order(order::Save{});
     else if (press.is("enter") && !press.event.for_widget)
         press.state.saving_entered = true;
 }
@@ -246,7 +246,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     if (press.is("w"))
         state.w_held = event.down && !event.for_widget && !state.saving_open;
     if (event.down && press.is("escape") && state.stylus.on) // also while text is typed
-        press.order(Order::Kind::hand_disarm);
+        press.order(order::DisarmHand{});
     if (event.down && state.saving_open && !state.drag)
         return use_saving_key(press);
     if (!event.down || event.for_widget)

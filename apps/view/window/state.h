@@ -80,7 +80,7 @@ enum class Browsing {
 // An action that waits until a person has said what becomes of edits that are not saved.
 struct Leaving {
     bool closes = false;          // the window; else a file is opened
-    std::string path{}, series{}; // of it, as of Order
+    std::string path{}, series{}; // of it, as of order::Open
     bool saving = false;          // they are being saved, or it is asked where
     bool applying = false;        // first a pulled mesh is put into its label
 
@@ -170,57 +170,6 @@ struct Subject {
     std::function<std::optional<glm::dvec3>(glm::dvec3 point_mm, double within_mm)> mesh_near{};
     // The path along edges between two samples of a slice across an axis, both included.
     std::function<std::vector<glm::uvec3>(glm::uvec3 from, glm::uvec3 to, int axis)> path{};
-};
-
-// Work that a change of state cannot do.
-struct Order {
-    enum class Kind {
-        stroke_down,
-        stroke_move,
-        stroke_up,
-        stroke_cancel,
-        undo,
-        redo,
-        save,
-        open,
-        open_labels, // of a file, in the place of those that are there
-        open_fused,  // another volume, in colour over the slices
-        close,
-        leave, // what waits is done, and edits that are not saved are lost
-        export_measures,
-        export_labels, // all of them, or the surface of the one that is drawn
-        cancel_opening,
-        picture, // of the window, to a file
-        figure,  // of a view, for print
-        stop_figure,
-        segment,
-        bound, // the last result's objects anew, by Segmenting::preview
-        stop_segmenting,
-        clear_seeds,
-        fill_wire,    // the contour that was closed, with the label that is drawn
-        keep_largest, // piece of the label that is drawn
-        fill_holes,
-        mesh_make, // of the label that is drawn
-        mesh_apply,
-        mesh_drop, // or what makes it
-        pull_down,
-        pull_move,
-        pull_up,
-        pull_cancel,
-        tell, // a person, in words
-        hand_start,
-        hand_stop,
-        hand_arm,
-        hand_disarm
-    };
-    Kind kind;
-    glm::dvec3 at_mm{0.0}; // of strokes and pulls
-    double time_s = 0.0;
-    // path: of what is opened; of save the folder of a new project, or empty; of exports and
-    // figures; of hand_start the device, or empty: the last one; of tell the words.
-    std::string path{}, series{};
-
-    friend bool operator==(const Order&, const Order&) = default;
 };
 
 Places places_of(const ViewState& state);

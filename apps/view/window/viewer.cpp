@@ -58,7 +58,7 @@ void Viewer::begin(Source source) {
     }
     if (!options_.hand.device.empty()) {
         begin_hand(state_, work_->subject());
-        work_->obey({Order::Kind::hand_start, {}, 0.0, {}}, state_);
+        work_->obey(order::StartHand{}, state_);
     }
     make_pictures();
 }
@@ -115,29 +115,28 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
             orders.push_back(std::move(order));
     }
     bool wants_picture = false;
+    const Overloaded each{
+        [&](const order::Open& file) { ask_to_leave({.path = file.path, .series = file.series}); },
+        [&](const order::OpenLabels& file) { open_beside(file.path, true); },
+        [&](const order::OpenFused& file) { open_beside(file.path, false); },
+        [&](order::CancelOpening) { stop_opening_.request_stop(); },
+        [&](order::Close) { ask_to_leave({.closes = true}); },
+        [&](order::Leave) {
+            if (state_.leaving)
+                leave();
+        },
+        [&](order::TakePicture) { wants_picture = true; }, // with this frame's interface
+        [&](const order::PrintFigure& file) { print_figure(file.path); },
+        [&](order::StopFigure) {
+            if (figure_)
+                figure_->stop.request_stop();
+        },
+        [&](const order::Save& asked) { save(asked); },
+        [&](const DocumentOrder& other) { work_->obey(other, state_); },
+    };
     const auto obey = [&](const std::vector<Order>& all) {
         for (const Order& order : all)
-            if (order.kind == Order::Kind::open)
-                ask_to_leave({.path = order.path, .series = order.series});
-            else if (order.kind == Order::Kind::open_labels ||
-                     order.kind == Order::Kind::open_fused)
-                open_beside(order.path, order.kind == Order::Kind::open_labels);
-            else if (order.kind == Order::Kind::close)
-                ask_to_leave({.closes = true});
-            else if (order.kind == Order::Kind::leave && state_.leaving)
-                leave();
-            else if (order.kind == Order::Kind::picture)
-                wants_picture = true; // with this frame's interface
-            else if (order.kind == Order::Kind::figure)
-                print_figure(order.path);
-            else if (order.kind == Order::Kind::stop_figure && figure_)
-                figure_->stop.request_stop();
-            else if (order.kind == Order::Kind::cancel_opening)
-                stop_opening_.request_stop();
-            else if (order.kind == Order::Kind::save)
-                save(order);
-            else
-                work_->obey(order, state_);
+            std::visit(each, order);
     };
     obey(orders);
     poll_opening();

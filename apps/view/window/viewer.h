@@ -101,7 +101,7 @@ class Viewer {
     // Closes or opens where no edits are lost; else a person is asked first.
     void ask_to_leave(Leaving leaving);
     void leave();
-    void save(const Order& order);
+    void save(const order::Save& order);
     void ask_where_again();
     void leave_when_saved();
     void take_opened(Result<Source> opened);

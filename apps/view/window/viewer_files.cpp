@@ -107,8 +107,8 @@ void Viewer::leave() {
 }
 
 // A session without a project is asked for a folder first.
-void Viewer::save(const Order& order) {
-    if (order.path.empty() && !work_->saving().has_project())
+void Viewer::save(const order::Save& order) {
+    if (order.folder.empty() && !work_->saving().has_project())
         state_.saving_open = state_.saving_typing = true;
     else
         work_->obey(order, state_);
@@ -130,7 +130,7 @@ void Viewer::leave_when_saved() {
         work_->saving().is_saving() || (state_.leaving->applying && work_->mesh_pulling().share()))
         return;
     if (std::exchange(state_.leaving->applying, false) && !work_->mesh_pulling().is_pulled())
-        save({Order::Kind::save, {}, time_s_});
+        save({});
     else if (work_->leaving_loses_edits())
         state_.leaving.reset(); // the save was cancelled, or failed and says why
     else
