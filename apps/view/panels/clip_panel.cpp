@@ -5,67 +5,10 @@
 #include <algorithm>
 
 #include "apps/view/drawing/mark_drawing.h"
-#include "apps/view/panels/interface.h"
+#include "apps/view/panels/panels.h"
 #include "apps/view/tools/clip_tool.h"
 
 namespace palpate::view {
-
-void Interface::draw_clip_panel(ViewState& state, Work& work) {
-    Clipping& clipping = state.clipping;
-    const Grid& grid = work.subject().grid;
-    if (ImGui::Button("crop box"))
-        set_crop_box(state, grid);
-    note("clip/box");
-    ImGui::SameLine();
-    ImGui::BeginDisabled(state.notes.clip_planes.size() >= kMaxClipPlanes);
-    if (ImGui::Button("add plane"))
-        add_clip_plane(state);
-    ImGui::EndDisabled();
-    note("clip/add");
-    ImGui::SameLine();
-    ImGui::BeginDisabled(state.notes.clip_planes.empty());
-    if (ImGui::Button("none")) {
-        state.notes.clip_planes.clear();
-        clipping.selected.reset();
-    }
-    ImGui::EndDisabled();
-    note("clip/none");
-    ImGui::Separator();
-    for (size_t i = 0; i < state.notes.clip_planes.size(); ++i) {
-        ClipPlane& plane = state.notes.clip_planes[i];
-        ImGui::PushID(static_cast<int>(i));
-        const std::string name = fmt::format("{}  keeps {}", i + 1, letters_of(plane.normal));
-        if (ImGui::Selectable(name.c_str(), clipping.selected == i))
-            clipping.selected = i;
-        note(fmt::format("clip/row/{}", i).c_str());
-        ImGui::PopID();
-    }
-    if (state.notes.clip_planes.empty())
-        ImGui::TextDisabled("nothing is cut away in 3D");
-    if (clipping.selected && *clipping.selected < state.notes.clip_planes.size()) {
-        ClipPlane& plane = state.notes.clip_planes[*clipping.selected];
-        double along = glm::dot(plane.normal, plane.point_mm - center_mm(grid));
-        const double most = extent_mm(grid), least = -most;
-        if (ImGui::DragScalar("mm", ImGuiDataType_Double, &along, 0.2f, &least, &most, "%.1f",
-                              ImGuiSliderFlags_AlwaysClamp))
-            plane.point_mm = center_mm(grid) + along * plane.normal;
-        note("clip/mm");
-        if (ImGui::Button("other side"))
-            plane.normal = -plane.normal;
-        note("clip/flip");
-        ImGui::SameLine();
-        if (ImGui::Button("through crosshair"))
-            plane.point_mm = state.crosshair_mm;
-        note("clip/here");
-        if (ImGui::Button("remove")) {
-            state.notes.clip_planes.erase(state.notes.clip_planes.begin() +
-                                          static_cast<ptrdiff_t>(*clipping.selected));
-            clipping.selected.reset();
-        }
-        note("clip/remove");
-    }
-    ImGui::TextDisabled("drag the discs to move,\nthe rings in slices to turn");
-}
 
 void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box) {
     if (state.tab != Tab::clip)
@@ -117,6 +60,63 @@ void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel pane
         }
     }
     list.PopClipRect();
+}
+
+void draw_clip_panel(Widgets& ui, ViewState& state, Work& work) {
+    Clipping& clipping = state.clipping;
+    const Grid& grid = work.subject().grid;
+    if (ImGui::Button("crop box"))
+        set_crop_box(state, grid);
+    ui.note("clip/box");
+    ImGui::SameLine();
+    ImGui::BeginDisabled(state.notes.clip_planes.size() >= kMaxClipPlanes);
+    if (ImGui::Button("add plane"))
+        add_clip_plane(state);
+    ImGui::EndDisabled();
+    ui.note("clip/add");
+    ImGui::SameLine();
+    ImGui::BeginDisabled(state.notes.clip_planes.empty());
+    if (ImGui::Button("none")) {
+        state.notes.clip_planes.clear();
+        clipping.selected.reset();
+    }
+    ImGui::EndDisabled();
+    ui.note("clip/none");
+    ImGui::Separator();
+    for (size_t i = 0; i < state.notes.clip_planes.size(); ++i) {
+        ClipPlane& plane = state.notes.clip_planes[i];
+        ImGui::PushID(static_cast<int>(i));
+        const std::string name = fmt::format("{}  keeps {}", i + 1, letters_of(plane.normal));
+        if (ImGui::Selectable(name.c_str(), clipping.selected == i))
+            clipping.selected = i;
+        ui.note(fmt::format("clip/row/{}", i));
+        ImGui::PopID();
+    }
+    if (state.notes.clip_planes.empty())
+        ImGui::TextDisabled("nothing is cut away in 3D");
+    if (clipping.selected && *clipping.selected < state.notes.clip_planes.size()) {
+        ClipPlane& plane = state.notes.clip_planes[*clipping.selected];
+        double along = glm::dot(plane.normal, plane.point_mm - center_mm(grid));
+        const double most = extent_mm(grid), least = -most;
+        if (ImGui::DragScalar("mm", ImGuiDataType_Double, &along, 0.2f, &least, &most, "%.1f",
+                              ImGuiSliderFlags_AlwaysClamp))
+            plane.point_mm = center_mm(grid) + along * plane.normal;
+        ui.note("clip/mm");
+        if (ImGui::Button("other side"))
+            plane.normal = -plane.normal;
+        ui.note("clip/flip");
+        ImGui::SameLine();
+        if (ImGui::Button("through crosshair"))
+            plane.point_mm = state.crosshair_mm;
+        ui.note("clip/here");
+        if (ImGui::Button("remove")) {
+            state.notes.clip_planes.erase(state.notes.clip_planes.begin() +
+                                          static_cast<ptrdiff_t>(*clipping.selected));
+            clipping.selected.reset();
+        }
+        ui.note("clip/remove");
+    }
+    ImGui::TextDisabled("drag the discs to move,\nthe rings in slices to turn");
 }
 
 } // namespace palpate::view

@@ -8,7 +8,7 @@
 #include <set>
 #include <string_view>
 
-#include "apps/view/panels/interface.h"
+#include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/tool.h"
 #include "engine/measure/measure_report.h"
@@ -49,15 +49,140 @@ bool has_part(const std::string& name, std::string_view part) {
            part.empty();
 }
 
+// From a file in the place of what is there; and to one, whose name says what: all labels, or the
+// surface of the one that is chosen.
+void draw_label_files(Widgets& ui, LabelPanel& panel, ViewState& state) {
+    ImGui::Separator();
+    if (ImGui::Button("labels of a file..")) {
+        state.browser_open = true;
+        state.browsing = Browsing::labels;
+    }
+    ui.note("labels/open");
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export__").x);
+    type_file("##labels", panel.file, "labels.nii.gz");
+    ui.note("labels/file");
+    ImGui::SameLine();
+    if (ImGui::Button("export"))
+        ui.order(order::ExportLabels{panel.file.data()});
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s",
+                          ".nii.gz, .nrrd, .mha: all labels\n"
+                          ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
+    ui.note("labels/export");
+}
+
+// The values that tools on labels are confined to: at first those of the window.
+void draw_only_values(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
+    bool only = state.only_values.has_value();
+    if (ImGui::Checkbox("only where values are", &only))
+        state.only_values = only ? std::optional(state.window) : std::nullopt;
+    ui.note("labels/only");
+    if (!state.only_values)
+        return;
+    const ValueRange range = work.subject().range;
+    const double low = range.min, high = std::max(low + 1e-3, double{range.max});
+    drag_ends(ui, ends, "labels", {"from", "to"}, *state.only_values, 0.0, {low, high}, work);
+}
+
+void draw_label_row(Widgets& ui, ViewState& state, Work& work, uint32_t label) {
+    ImGui::PushID(static_cast<int>(label));
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    LabelStyle style = style_of(state.notes, label);
+    if (ImGui::Checkbox("##visible", &style.visible))
+        set_style(state.notes, label, style);
+    ui.note(fmt::format("labels/visible/{}", label));
+    ImGui::TableNextColumn();
+    auto& locked = state.notes.locked_labels;
+    const auto place = std::lower_bound(locked.begin(), locked.end(), label);
+    bool is_locked = place != locked.end() && *place == label;
+    if (ImGui::Checkbox("##locked", &is_locked)) {
+        if (is_locked)
+            locked.insert(place, static_cast<uint16_t>(label));
+        else
+            locked.erase(place);
+    }
+    ui.note(fmt::format("labels/lock/{}", label));
+    ImGui::TableNextColumn();
+    float rgb[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
+                   static_cast<float>(style.color.z)};
+    if (ImGui::ColorEdit3("##color", rgb,
+                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
+        style.color =
+            glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
+        set_style(state.notes, label, style);
+    }
+    ui.note(fmt::format("labels/color/{}", label));
+    ImGui::TableNextColumn();
+    const std::string name = numbered_name(state.notes, label);
+    const float gap = ImGui::CalcTextSize(" ").x; // before its volume
+    const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
+    if (ImGui::Selectable(shown.c_str(), state.label == label) && label <= 65535)
+        state.label = static_cast<uint16_t>(label);
+    if (ImGui::IsItemHovered()) // the column may be narrower
+        ImGui::SetTooltip("%s", name.c_str());
+    ui.note(fmt::format("labels/row/{}", label));
+    ImGui::TableNextColumn();
+    const auto known = work.figures().known();
+    const uint64_t count = label < known->label_counts.size() ? known->label_counts[label] : 0;
+    if (const auto mm3 = work.label_sample_mm3(); mm3 && count > 0)
+        ImGui::TextUnformatted(ml_text(static_cast<double>(count) * *mm3).c_str());
+    else
+        ImGui::TextDisabled("-");
+    ImGui::PopID();
+}
+
+// Draws the figures of the label that is chosen.
+void draw_label_figures(Widgets& ui, ViewState& state, Work& work) {
+    const auto known = work.figures().known();
+    const uint64_t count =
+        state.label < known->label_counts.size() ? known->label_counts[state.label] : 0;
+    ImGui::Separator();
+    ImGui::PushID(state.label);
+    ImGui::Text("label %u", unsigned{state.label});
+    ImGui::SameLine();
+    std::array<char, 128> name{};
+    name_of_label(state.notes, state.label).copy(name.data(), name.size() - 1);
+    ImGui::SetNextItemWidth(-1.0f);
+    if (ImGui::InputTextWithHint("##name", "name", name.data(), name.size()))
+        name_label(state.notes, state.label, name.data());
+    ImGui::PopID();
+    ui.note("labels/name");
+    if (count == 0) {
+        ImGui::TextDisabled("no sample carries it");
+        return;
+    }
+    const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
+    ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
+    ImGui::BeginDisabled(work.mesh_pulling().share().has_value());
+    ui.button("largest piece", "labels/largest", order::KeepLargest{});
+    ImGui::SameLine();
+    ui.button("fill holes", "labels/fill", order::FillHoles{});
+    ImGui::EndDisabled();
+    for (const LabelStatistics& one : known->labels) {
+        if (one.label != state.label)
+            continue;
+        if (one.count != count) {
+            ImGui::TextDisabled("counting ..");
+            return;
+        }
+        draw_values(one.values, work.unit());
+        if (ImGui::Button("go to its middle"))
+            move_crosshair(state, work.subject().grid, one.centroid_mm);
+        ui.note("labels/middle");
+    }
+}
+
 } // namespace
 
-void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
-    draw_hands(state);
-    draw_only_values(state, work);
+void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewState& state,
+                      Work& work) {
+    draw_tool_buttons(ui, state);
+    draw_only_values(ui, ends, state, work);
     ImGui::Separator();
-    draw_labels(state);
+    draw_label_looks(ui, state);
     slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
-    note("labels/outline");
+    ui.note("labels/outline");
     const auto all = listed_labels(state, work);
     const auto set_visible = [&](auto is_visible) {
         for (const uint32_t label : all)
@@ -65,27 +190,27 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
     };
     if (ImGui::SmallButton("see all"))
         set_visible([](uint32_t) { return true; });
-    note("labels/all");
+    ui.note("labels/all");
     ImGui::SameLine();
     if (ImGui::SmallButton("see one"))
         set_visible([&](uint32_t label) { return label == state.label; });
-    note("labels/one");
+    ui.note("labels/one");
     ImGui::SameLine();
     const uint32_t next = first_free(all);
     ImGui::BeginDisabled(next == 0);
     if (ImGui::SmallButton("new label")) {
         state.label = static_cast<uint16_t>(next);
         state.tool = &kDrawTool;
-        sought_ = {}; // it would leave the new one out
+        panel.sought = {}; // it would leave the new one out
     }
     ImGui::EndDisabled();
-    note("labels/new");
+    ui.note("labels/new");
     ImGui::SetNextItemWidth(-ImGui::CalcTextSize("find_").x);
-    ImGui::InputText("find", sought_.data(), sought_.size());
-    note("labels/find");
+    ImGui::InputText("find", panel.sought.data(), panel.sought.size());
+    ui.note("labels/find");
     std::vector<uint32_t> found = all;
     std::erase_if(found, [&](uint32_t label) {
-        return !has_part(numbered_name(state.notes, label), sought_.data());
+        return !has_part(numbered_name(state.notes, label), panel.sought.data());
     });
     const float row = ImGui::GetFrameHeightWithSpacing();
     const float height = row * static_cast<float>(std::min(found.size(), kMostRows) + 1) + 4.0f;
@@ -104,142 +229,11 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
         rows.Begin(static_cast<int>(found.size()));
         while (rows.Step())
             for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i)
-                draw_label_row(state, work, found[static_cast<size_t>(i)]);
+                draw_label_row(ui, state, work, found[static_cast<size_t>(i)]);
         ImGui::EndTable();
     }
-    draw_label_figures(state, work, orders);
-    draw_label_files(state, orders);
-}
-
-// From a file in the place of what is there; and to one, whose name says what: all labels, or the
-// surface of the one that is chosen.
-void Interface::draw_label_files(ViewState& state, std::vector<Order>& orders) {
-    ImGui::Separator();
-    if (ImGui::Button("labels of a file..")) {
-        state.browser_open = true;
-        state.browsing = Browsing::labels;
-    }
-    note("labels/open");
-    if (labels_file_[0] == '\0')
-        std::string("labels.nii.gz").copy(labels_file_.data(), labels_file_.size() - 1);
-    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export__").x);
-    ImGui::InputText("##labels", labels_file_.data(), labels_file_.size());
-    note("labels/file");
-    ImGui::SameLine();
-    if (ImGui::Button("export"))
-        orders.push_back(order::ExportLabels{labels_file_.data()});
-    if (ImGui::IsItemHovered())
-        ImGui::SetTooltip("%s",
-                          ".nii.gz, .nrrd, .mha: all labels\n"
-                          ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
-    note("labels/export");
-}
-
-// The values that tools on labels are confined to: at first those of the window.
-void Interface::draw_only_values(ViewState& state, Work& work) {
-    bool only = state.only_values.has_value();
-    if (ImGui::Checkbox("only where values are", &only))
-        state.only_values = only ? std::optional(state.window) : std::nullopt;
-    note("labels/only");
-    if (!state.only_values)
-        return;
-    const ValueRange range = work.subject().range;
-    const double low = range.min, high = std::max(low + 1e-3, double{range.max});
-    drag_ends("labels", {"from", "to"}, *state.only_values, 0.0, {low, high}, work);
-}
-
-void Interface::draw_label_row(ViewState& state, Work& work, uint32_t label) {
-    ImGui::PushID(static_cast<int>(label));
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    LabelStyle style = style_of(state.notes, label);
-    if (ImGui::Checkbox("##visible", &style.visible))
-        set_style(state.notes, label, style);
-    note(fmt::format("labels/visible/{}", label).c_str());
-    ImGui::TableNextColumn();
-    auto& locked = state.notes.locked_labels;
-    const auto place = std::lower_bound(locked.begin(), locked.end(), label);
-    bool is_locked = place != locked.end() && *place == label;
-    if (ImGui::Checkbox("##locked", &is_locked)) {
-        if (is_locked)
-            locked.insert(place, static_cast<uint16_t>(label));
-        else
-            locked.erase(place);
-    }
-    note(fmt::format("labels/lock/{}", label).c_str());
-    ImGui::TableNextColumn();
-    float rgb[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
-                   static_cast<float>(style.color.z)};
-    if (ImGui::ColorEdit3("##color", rgb,
-                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
-        style.color =
-            glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
-        set_style(state.notes, label, style);
-    }
-    note(fmt::format("labels/color/{}", label).c_str());
-    ImGui::TableNextColumn();
-    const std::string name = numbered_name(state.notes, label);
-    const float gap = ImGui::CalcTextSize(" ").x; // before its volume
-    const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
-    if (ImGui::Selectable(shown.c_str(), state.label == label) && label <= 65535)
-        state.label = static_cast<uint16_t>(label);
-    if (ImGui::IsItemHovered()) // the column may be narrower
-        ImGui::SetTooltip("%s", name.c_str());
-    note(fmt::format("labels/row/{}", label).c_str());
-    ImGui::TableNextColumn();
-    const auto known = work.figures().known();
-    const uint64_t count = label < known->label_counts.size() ? known->label_counts[label] : 0;
-    if (const auto mm3 = work.label_sample_mm3(); mm3 && count > 0)
-        ImGui::TextUnformatted(ml_text(static_cast<double>(count) * *mm3).c_str());
-    else
-        ImGui::TextDisabled("-");
-    ImGui::PopID();
-}
-
-// Draws the figures of the label that is chosen.
-void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders) {
-    const auto known = work.figures().known();
-    const uint64_t count =
-        state.label < known->label_counts.size() ? known->label_counts[state.label] : 0;
-    ImGui::Separator();
-    ImGui::PushID(state.label);
-    ImGui::Text("label %u", unsigned{state.label});
-    ImGui::SameLine();
-    std::array<char, 128> name{};
-    name_of_label(state.notes, state.label).copy(name.data(), name.size() - 1);
-    ImGui::SetNextItemWidth(-1.0f);
-    if (ImGui::InputTextWithHint("##name", "name", name.data(), name.size()))
-        name_label(state.notes, state.label, name.data());
-    ImGui::PopID();
-    note("labels/name");
-    if (count == 0) {
-        ImGui::TextDisabled("no sample carries it");
-        return;
-    }
-    const auto button = [&](const char* text, const char* id, Order order) {
-        if (ImGui::Button(text))
-            orders.push_back(std::move(order));
-        note(id);
-    };
-    const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
-    ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
-    ImGui::BeginDisabled(work.mesh_pulling().share().has_value());
-    button("largest piece", "labels/largest", order::KeepLargest{});
-    ImGui::SameLine();
-    button("fill holes", "labels/fill", order::FillHoles{});
-    ImGui::EndDisabled();
-    for (const LabelStatistics& one : known->labels) {
-        if (one.label != state.label)
-            continue;
-        if (one.count != count) {
-            ImGui::TextDisabled("counting ..");
-            return;
-        }
-        draw_values(one.values, work.unit());
-        if (ImGui::Button("go to its middle"))
-            move_crosshair(state, work.subject().grid, one.centroid_mm);
-        note("labels/middle");
-    }
+    draw_label_figures(ui, state, work);
+    draw_label_files(ui, panel, state);
 }
 
 } // namespace palpate::view

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/view/panels/interface.h"
+#include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/measure_tool.h"
 #include "engine/measure/measure_report.h"
@@ -40,65 +40,10 @@ void draw_values(const ValueStatistics& values, const std::string& unit) {
     ImGui::EndTable();
 }
 
-void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
-    Measuring& measuring = state.measuring;
-    for (const MeasureKind kind :
-         {MeasureKind::ruler, MeasureKind::angle, MeasureKind::polygon, MeasureKind::sphere}) {
-        if (kind == MeasureKind::angle || kind == MeasureKind::sphere) // two rows of two
-            ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-        const bool is_it = state.tool == &kMeasureTool && measuring.kind == kind;
-        if (ImGui::RadioButton(name_of(kind), is_it)) {
-            state.tool = &kMeasureTool;
-            measuring.kind = kind;
-            measuring.begun.clear();
-        }
-        note(fmt::format("measure/{}", name_of(kind)).c_str());
-    }
-    hint(state.tool == &kMeasureTool ? placing_of(measuring.kind)
-                                     : "M takes the tool into the hand");
-    ImGui::Separator();
-    if (state.notes.measures.empty())
-        ImGui::TextDisabled("nothing measured yet");
-    const float rows = static_cast<float>(std::clamp<size_t>(state.notes.measures.size(), 1, 8));
-    if (!state.notes.measures.empty() &&
-        ImGui::BeginChild("list", ImVec2(0.0f, rows * ImGui::GetTextLineHeightWithSpacing() +
-                                                   ImGui::GetStyle().FramePadding.y))) {
-        for (size_t i = 0; i < state.notes.measures.size(); ++i) {
-            const Measure& measure = state.notes.measures[i];
-            ImGui::PushID(static_cast<int>(i));
-            if (ImGui::Selectable(listed_name(measure, i).c_str(), measuring.selected == i)) {
-                measuring.selected = i;
-                move_crosshair(state, work.subject().grid, measure.points_mm.front());
-            }
-            note(fmt::format("measure/row/{}", i).c_str());
-            if (const auto measured = work.measured(measure)) {
-                const std::string text = headline(*measured);
-                ImGui::SameLine(std::max(
-                    0.45f * ImGui::GetWindowWidth(),
-                    ImGui::GetWindowContentRegionMax().x - ImGui::CalcTextSize(text.c_str()).x));
-                ImGui::TextUnformatted(text.c_str());
-            }
-            ImGui::PopID();
-        }
-    }
-    if (!state.notes.measures.empty())
-        ImGui::EndChild();
-    if (measuring.selected && *measuring.selected < state.notes.measures.size())
-        draw_measure(state, work);
-    ImGui::Separator();
-    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export CSV__").x);
-    if (export_[0] == '\0')
-        std::string("measures.csv").copy(export_.data(), export_.size() - 1);
-    ImGui::InputText("##file", export_.data(), export_.size());
-    note("measure/file");
-    ImGui::SameLine();
-    if (ImGui::Button("export CSV"))
-        orders.push_back(order::ExportMeasures{export_.data()});
-    note("measure/export");
-}
+namespace {
 
 // Draws the selected measure.
-void Interface::draw_measure(ViewState& state, Work& work) {
+void draw_measure(Widgets& ui, ViewState& state, Work& work) {
     Measuring& measuring = state.measuring;
     Measure& measure = state.notes.measures[*measuring.selected];
     ImGui::Separator();
@@ -106,7 +51,7 @@ void Interface::draw_measure(ViewState& state, Work& work) {
     measure.name.copy(name.data(), name.size() - 1);
     if (ImGui::InputText("name", name.data(), name.size()))
         measure.name = name.data();
-    note("measure/name");
+    ui.note("measure/name");
     if (const auto measured = work.measured(measure)) {
         const auto line = [](const std::optional<double>& value, const char* unit) {
             if (value)
@@ -130,7 +75,62 @@ void Interface::draw_measure(ViewState& state, Work& work) {
                                    static_cast<ptrdiff_t>(*measuring.selected));
         measuring.selected.reset();
     }
-    note("measure/delete");
+    ui.note("measure/delete");
+}
+
+} // namespace
+
+void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work) {
+    Measuring& measuring = state.measuring;
+    for (const MeasureKind kind :
+         {MeasureKind::ruler, MeasureKind::angle, MeasureKind::polygon, MeasureKind::sphere}) {
+        if (kind == MeasureKind::angle || kind == MeasureKind::sphere) // two rows of two
+            ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+        const bool is_it = state.tool == &kMeasureTool && measuring.kind == kind;
+        if (ImGui::RadioButton(name_of(kind), is_it)) {
+            state.tool = &kMeasureTool;
+            measuring.kind = kind;
+            measuring.begun.clear();
+        }
+        ui.note(fmt::format("measure/{}", name_of(kind)));
+    }
+    hint(state.tool == &kMeasureTool ? placing_of(measuring.kind)
+                                     : "M takes the tool into the hand");
+    ImGui::Separator();
+    if (state.notes.measures.empty())
+        ImGui::TextDisabled("nothing measured yet");
+    const float rows = static_cast<float>(std::clamp<size_t>(state.notes.measures.size(), 1, 8));
+    if (!state.notes.measures.empty() &&
+        ImGui::BeginChild("list", ImVec2(0.0f, rows * ImGui::GetTextLineHeightWithSpacing() +
+                                                   ImGui::GetStyle().FramePadding.y))) {
+        for (size_t i = 0; i < state.notes.measures.size(); ++i) {
+            const Measure& measure = state.notes.measures[i];
+            ImGui::PushID(static_cast<int>(i));
+            if (ImGui::Selectable(listed_name(measure, i).c_str(), measuring.selected == i)) {
+                measuring.selected = i;
+                move_crosshair(state, work.subject().grid, measure.points_mm.front());
+            }
+            ui.note(fmt::format("measure/row/{}", i));
+            if (const auto measured = work.measured(measure)) {
+                const std::string text = headline(*measured);
+                ImGui::SameLine(std::max(
+                    0.45f * ImGui::GetWindowWidth(),
+                    ImGui::GetWindowContentRegionMax().x - ImGui::CalcTextSize(text.c_str()).x));
+                ImGui::TextUnformatted(text.c_str());
+            }
+            ImGui::PopID();
+        }
+    }
+    if (!state.notes.measures.empty())
+        ImGui::EndChild();
+    if (measuring.selected && *measuring.selected < state.notes.measures.size())
+        draw_measure(ui, state, work);
+    ImGui::Separator();
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export CSV__").x);
+    type_file("##file", file, "measures.csv");
+    ui.note("measure/file");
+    ImGui::SameLine();
+    ui.button("export CSV", "measure/export", order::ExportMeasures{file.data()});
 }
 
 } // namespace palpate::view

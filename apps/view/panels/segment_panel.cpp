@@ -6,37 +6,12 @@
 #include <cmath>
 
 #include "apps/view/document/stroke_edit.h"
-#include "apps/view/panels/interface.h"
+#include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/mesh_tool.h"
 #include "apps/view/tools/wire_tool.h"
 
 namespace palpate::view {
-
-void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
-    constexpr std::pair<const char*, SeedBrush> brushes[] = {{"inside", SeedBrush::inside},
-                                                             {"outside", SeedBrush::outside},
-                                                             {"erase", SeedBrush::erase}};
-    for (const auto& [name, brush] : brushes) {
-        if (brush != SeedBrush::inside)
-            ImGui::SameLine();
-        const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
-        if (ImGui::RadioButton(name, is_it)) {
-            state.tool = &kSeedTool;
-            state.segmenting.brush = brush;
-        }
-        note(fmt::format("segment/{}", name).c_str());
-    }
-    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
-    note("segment/radius");
-    int label = state.label;
-    if (ImGui::InputInt("label", &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
-    note("segment/label");
-    if (ImGui::Button("clear seeds"))
-        orders.push_back(order::ClearSeeds{});
-    note("segment/clear");
-}
 
 namespace {
 
@@ -69,10 +44,31 @@ double first_value(const MethodParameter& parameter, std::optional<double> found
     return std::clamp(value, parameter.least, parameter.most);
 }
 
-} // namespace
+void draw_seed_brush(Widgets& ui, ViewState& state) {
+    constexpr std::pair<const char*, SeedBrush> brushes[] = {{"inside", SeedBrush::inside},
+                                                             {"outside", SeedBrush::outside},
+                                                             {"erase", SeedBrush::erase}};
+    for (const auto& [name, brush] : brushes) {
+        if (brush != SeedBrush::inside)
+            ImGui::SameLine();
+        const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
+        if (ImGui::RadioButton(name, is_it)) {
+            state.tool = &kSeedTool;
+            state.segmenting.brush = brush;
+        }
+        ui.note(fmt::format("segment/{}", name));
+    }
+    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
+    ui.note("segment/radius");
+    int label = state.label;
+    if (ImGui::InputInt("label", &label))
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
+    ui.note("segment/label");
+    ui.button("clear seeds", "segment/clear", order::ClearSeeds{});
+}
 
 // One line a parameter: a box that says whether a person gives it, and its value.
-void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMethod& method) {
+void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMethod& method) {
     ParameterValues& given = state.segmenting.given[method.name];
     for (const MethodParameter& parameter : method.parameters) {
         ImGui::PushID(parameter.name);
@@ -85,14 +81,14 @@ void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMetho
             else
                 given.erase(parameter.name);
         }
-        note(fmt::format("segment/give/{}", parameter.name).c_str());
+        ui.note(fmt::format("segment/give/{}", parameter.name));
         ImGui::SameLine();
         if (is_given) {
             ImGui::SetNextItemWidth(0.35f * ImGui::GetWindowWidth());
             double& value = given[parameter.name];
             if (ImGui::InputDouble("##value", &value, 0.0, 0.0, "%.6g"))
                 value = std::clamp(value, parameter.least, parameter.most);
-            note(fmt::format("segment/value/{}", parameter.name).c_str());
+            ui.note(fmt::format("segment/value/{}", parameter.name));
             ImGui::SameLine();
             ImGui::TextUnformatted(parameter.name);
         } else {
@@ -114,7 +110,7 @@ void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMetho
 
 // The bound of what the last method left behind: seen while it is dragged, and taken when it is let
 // go. Times lie octaves apart, so that the slider moves over their logarithm.
-void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& orders) {
+void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
     const auto& strength = work.segmentation().strength();
     Segmenting& segmenting = state.segmenting;
     if (!strength || segmenting.method != strength->method->name ||
@@ -136,8 +132,8 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
                             ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput))
         segmenting.preview = by_octaves ? std::exp2(at) : at;
     ImGui::EndDisabled();
-    note("segment/bound");
-    bound_held_ = ImGui::IsItemActive();
+    ui.note("segment/bound");
+    bound_held = ImGui::IsItemActive();
     const bool is_let_go = ImGui::IsItemDeactivatedAfterEdit();
     if (strength->is_unbounded) // below the slider, which stays where it is
         hint(
@@ -145,94 +141,85 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
             "it go");
     if (!is_let_go || !segmenting.preview)
         return;
-    bound_held_ = true; // until it is taken
-    orders.push_back(order::Bound{});
-}
-
-void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
-    if (ImGui::CollapsingHeader("Seeds", ImGuiTreeNodeFlags_DefaultOpen))
-        draw_seed_brush(state, orders);
-    if (ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
-        draw_method(state, work, orders);
-    if (ImGui::CollapsingHeader("Mesh", ImGuiTreeNodeFlags_DefaultOpen))
-        draw_mesh_pulling(state, work, orders);
-    if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
-        return;
-    if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
-        state.tool = &kWireTool;
-    note("segment/wire");
-    hint("click in a slice: freeze; Enter or double click: fill with the label");
+    bound_held = true; // until it is taken
+    ui.order(order::Bound{});
 }
 
 // The mesh of a label, whose faces are pulled, and which becomes the label again.
-void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders) {
-    const auto button = [&](const char* name, const char* id, Order order) {
-        const bool pressed = ImGui::Button(name);
-        note(fmt::format("mesh/{}", id).c_str());
-        if (pressed)
-            orders.push_back(std::move(order));
-        return pressed;
-    };
+void draw_mesh_pulling(Widgets& ui, ViewState& state, Work& work) {
     if (const auto share = work.mesh_pulling().share()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
         ImGui::SameLine();
-        button("cancel##mesh", "cancel", order::DropMesh{});
+        ui.button("cancel##mesh", "mesh/cancel", order::DropMesh{});
         return;
     }
     if (!work.mesh_pulling().mesh()) {
         const std::string name = fmt::format("mesh of label {}", state.label);
-        if (button(name.c_str(), "make", order::MakeMesh{}))
+        if (ui.button(name.c_str(), "mesh/make", order::MakeMesh{}))
             state.tool = &kPullTool;
         return;
     }
     if (ImGui::RadioButton("pull faces", state.tool == &kPullTool))
         state.tool = &kPullTool;
-    note("mesh/pull");
+    ui.note("mesh/pull");
     Pulling& pulling = state.own.of<Pulling>();
     int reach = static_cast<int>(pulling.reach);
     if (ImGui::SliderInt("patch", &reach, 0, 12, "%d faces", ImGuiSliderFlags_AlwaysClamp))
         pulling.reach = static_cast<uint32_t>(reach);
-    note("mesh/reach");
-    button(fmt::format("into label {}", work.mesh_pulling().mesh()->label()).c_str(), "apply",
-           order::ApplyMesh{});
+    ui.note("mesh/reach");
+    ui.button(fmt::format("into label {}", work.mesh_pulling().mesh()->label()).c_str(),
+              "mesh/apply", order::ApplyMesh{});
     ImGui::SameLine();
-    button("drop", "drop", order::DropMesh{});
+    ui.button("drop", "mesh/drop", order::DropMesh{});
     hint("drag it in 3D or where a slice cuts it");
 }
 
-void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& orders) {
+void draw_method(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
     if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
         for (const SegmentMethod& method : segment_methods()) {
             if (method.takes_curves)
                 continue; // the window has none
             if (ImGui::Selectable(method.name, state.segmenting.method == method.name))
                 state.segmenting.method = method.name;
-            note(fmt::format("segment/method/{}", method.name).c_str());
+            ui.note(fmt::format("segment/method/{}", method.name));
             if (ImGui::IsItemHovered())
                 ImGui::SetTooltip("%s", method.purpose);
         }
         ImGui::EndCombo();
     }
-    note("segment/methods");
+    ui.note("segment/methods");
     const SegmentMethod* method = find_segment_method(state.segmenting.method);
     if (!method)
         return;
     hint(method->purpose);
-    draw_parameters(state, work, *method);
+    draw_parameters(ui, state, work, *method);
     if (const auto share = work.segmentation().share()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
         ImGui::SameLine();
-        if (ImGui::Button("cancel"))
-            orders.push_back(order::StopSegmenting{});
-        note("segment/cancel");
+        ui.button("cancel", "segment/cancel", order::StopSegmenting{});
     } else {
-        if (ImGui::Button("segment##run"))
-            orders.push_back(order::Segment{});
-        note("segment/run");
+        ui.button("segment##run", "segment/run", order::Segment{});
     }
-    draw_strength(state, work, orders);
+    draw_strength(ui, bound_held, state, work);
+}
+
+} // namespace
+
+void draw_segment_panel(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
+    if (ImGui::CollapsingHeader("Seeds", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_seed_brush(ui, state);
+    if (ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_method(ui, bound_held, state, work);
+    if (ImGui::CollapsingHeader("Mesh", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_mesh_pulling(ui, state, work);
+    if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
+        return;
+    if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
+        state.tool = &kWireTool;
+    ui.note("segment/wire");
+    hint("click in a slice: freeze; Enter or double click: fill with the label");
 }
 
 } // namespace palpate::view

@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-void Interface::draw_series(ViewState& state, Work& work, std::vector<Order>& orders) {
+void draw_series_list(Widgets& ui, ViewState& state, Work& work) {
     const std::vector<SeriesLine>& series = work.series();
     if (series.size() < 2)
         return;
@@ -16,47 +16,45 @@ void Interface::draw_series(ViewState& state, Work& work, std::vector<Order>& or
     ImGui::SameLine();
     if (ImGui::SmallButton("pictures"))
         state.series_open = true;
-    note("file/pictures");
+    ui.note("file/pictures");
     for (const SeriesLine& line : series) {
         ImGui::PushID(static_cast<int>(line.number));
         if (ImGui::Selectable(wrapped(line.shown(state.names_hidden)).c_str(), line.is_open))
-            orders.push_back(order::Open{work.path(), std::to_string(line.number)});
-        note(fmt::format("file/series/{}", line.number).c_str());
+            ui.order(order::Open{work.path(), std::to_string(line.number)});
+        ui.note(fmt::format("file/series/{}", line.number));
         ImGui::PopID();
     }
 }
 
 // A click opens a series. One that is not read has no picture.
-void Interface::draw_series_chooser(ViewState& state, Work& work, std::vector<Order>& orders) {
+void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState& state,
+                         Work& work) {
     if (!state.series_open)
         return;
     const std::vector<SeriesLine>& series = work.series();
     const auto scale = static_cast<float>(state.text_scale);
     const ImVec2 window(static_cast<float>(state.size_px.x), static_cast<float>(state.size_px.y));
-    ImGui::SetNextWindowPos(ImVec2(0.5f * window.x, 0.5f * window.y), ImGuiCond_Always,
-                            ImVec2(0.5f, 0.5f));
     ImGui::SetNextWindowSize(ImVec2(std::min(0.8f * window.x, 560.0f * scale), 0.8f * window.y));
-    ImGui::Begin("Series of this folder", &state.series_open,
-                 ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-                     ImGuiWindowFlags_NoSavedSettings);
+    begin_dialog("Series of this folder", &state.series_open, state, ImGuiWindowFlags_NoResize);
     const float side = static_cast<float>(SeriesPreviews::kSide_px) * scale;
     for (size_t i = 0; i < series.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
         const ImVec2 at = ImGui::GetCursorPos();
         if (ImGui::Selectable("##series", series[i].is_open, 0, ImVec2(0.0f, side)))
-            orders.push_back(order::Open{work.path(), std::to_string(series[i].number)});
-        note(fmt::format("series/{}", series[i].number).c_str());
+            ui.order(order::Open{work.path(), std::to_string(series[i].number)});
+        ui.note(fmt::format("series/{}", series[i].number));
         const ImVec2 next = ImGui::GetCursorPos();
         ImGui::SetCursorPos(at);
         using State = SeriesPreviews::State;
-        const State is = previews_ ? previews_->state(i) : State::none;
+        const State is = previews ? previews->state(i) : State::none;
         if (is == State::there) {
-            const glm::vec2 all(previews_->size_px()), low(SeriesPreviews::corner_px(i));
+            const glm::vec2 all(previews->size_px()), low(SeriesPreviews::corner_px(i));
             const glm::vec2 from = low / all,
                             to = (low + static_cast<float>(SeriesPreviews::kSide_px)) / all;
-            ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(kPreviewsTexture)),
-                         ImVec2(side, side), ImVec2(from.x, from.y), ImVec2(to.x, to.y));
-            note(fmt::format("series/picture/{}", series[i].number).c_str());
+            ImGui::Image(
+                reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(Interface::kPreviewsTexture)),
+                ImVec2(side, side), ImVec2(from.x, from.y), ImVec2(to.x, to.y));
+            ui.note(fmt::format("series/picture/{}", series[i].number));
         } else {
             ImGui::Dummy(ImVec2(side, side));
             const ImVec2 low = ImGui::GetItemRectMin();

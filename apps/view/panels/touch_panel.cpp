@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "apps/view/panels/interface.h"
+#include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/hand_pointer.h"
 #include "haptics/field/field.h"
@@ -17,6 +17,7 @@ namespace palpate::view {
 namespace {
 
 using namespace haptics;
+using view::slide; // beside the one below
 
 template <class Choice, class Choices>
 bool choose_named(const char* id, Choice& now, const Choices& all) {
@@ -38,7 +39,7 @@ bool slide(const Setting<TouchParameters>& setting, TouchParameters& parameters)
     double value = value_of(setting, parameters);
     const std::string format =
         fmt::format("%.{}f{}{}", slider.decimals, *setting.unit ? " " : "", setting.unit);
-    const bool changed = view::slide(slider.label, value, 0.0, slider.most, format.c_str());
+    const bool changed = slide(slider.label, value, 0.0, slider.most, format.c_str());
     if (changed)
         set(setting, parameters, value);
     if (ImGui::IsItemHovered())
@@ -46,52 +47,25 @@ bool slide(const Setting<TouchParameters>& setting, TouchParameters& parameters)
     return changed;
 }
 
-} // namespace
-
-void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& orders) {
-    if (!state.touch_open)
-        return;
-    const Box box = places_of(state).touch;
-    ImGui::SetNextWindowPos(
-        ImVec2(static_cast<float>(box.low_px.x), static_cast<float>(box.low_px.y)));
-    ImGui::SetNextWindowSize(
-        ImVec2(static_cast<float>(box.size_px.x), static_cast<float>(box.size_px.y)));
-    if (ImGui::Begin("Touch", &state.touch_open,
-                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
-                         ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
-                         ImGuiWindowFlags_NoBringToFrontOnFocus |
-                         ImGuiWindowFlags_NoFocusOnAppearing |
-                         ImGuiWindowFlags_AlwaysVerticalScrollbar)) { // as the side panel
-        ImGui::PushItemWidth(-std::min(ImGui::CalcTextSize("right button_").x,
-                                       0.6f * ImGui::GetContentRegionAvail().x));
-        draw_touch_device(state, work, orders);
-        draw_touch_buttons(state, work);
-        draw_touch_feel(work);
-        draw_touch_plots(state, work);
-        ImGui::PopItemWidth();
-    }
-    ImGui::End();
-}
-
-void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Order>& orders) {
+void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
     Touch& touch = work.hand().touch();
     HandOptions options = touch.options();
     bool changed = false;
     const std::string device = options.device.empty() ? kMouse : options.device;
     if (ImGui::BeginCombo("device", device.c_str())) {
         constexpr double kFresh_s = 1.0; // asking USB takes longer than a frame has
-        if (ImGui::IsWindowAppearing() || !(time_s_ - devices_at_s_ < kFresh_s)) {
-            devices_ = touch.devices();
-            devices_at_s_ = time_s_;
+        if (ImGui::IsWindowAppearing() || !(ui.time_s - panel.devices_at_s < kFresh_s)) {
+            panel.devices = touch.devices();
+            panel.devices_at_s = ui.time_s;
         }
-        for (const std::string& name : devices_)
+        for (const std::string& name : panel.devices)
             if (ImGui::Selectable(name.c_str(), name == device)) {
                 options.device = name;
                 changed = true;
             }
         ImGui::EndCombo();
     }
-    note("touch/device");
+    ui.note("touch/device");
     if (ImGui::BeginCombo("algorithm", options.algorithm.c_str())) {
         for (const AlgorithmEntry& entry : algorithms())
             if (follows_edits(entry)) {
@@ -104,26 +78,26 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
             }
         ImGui::EndCombo();
     }
-    note("touch/algorithm");
+    ui.note("touch/algorithm");
     if (changed) {
         touch.set_up(options);
         if (touch.running()) // disarmed again
-            orders.push_back(order::StartHand{});
+            ui.order(order::StartHand{});
     }
     if (ImGui::Button(touch.running() ? "stop" : "start")) {
         if (!touch.running())
             begin_hand(state, work.subject());
-        orders.push_back(touch.running() ? Order(order::StopHand{}) : order::StartHand{});
+        ui.order(touch.running() ? Order(order::StopHand{}) : order::StartHand{});
     }
-    note("touch/start");
+    ui.note("touch/start");
     ImGui::SameLine();
     ImGui::BeginDisabled(!touch.running());
     const bool armed = touch.armed();
     if (armed)
         ImGui::PushStyleColor(ImGuiCol_Button, ImVec4(0.75f, 0.25f, 0.1f, 1.0f));
     if (ImGui::Button(armed ? "disarm" : "arm"))
-        orders.push_back(armed ? Order(order::DisarmHand{}) : order::ArmHand{});
-    note("touch/arm");
+        ui.order(armed ? Order(order::DisarmHand{}) : order::ArmHand{});
+    ui.note("touch/arm");
     if (armed)
         ImGui::PopStyleColor();
     ImGui::EndDisabled();
@@ -144,53 +118,48 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
         WorkspaceSettings settings = work.session().workspace();
         if (slide("scale", settings.scale, 0.1, 20.0, "%.2f mm/mm", true))
             work.session().move_workspace(settings);
-        note("touch/scale");
+        ui.note("touch/scale");
         if (ImGui::Button("turn to the view"))
             work.session().align_workspace(state.camera);
-        note("touch/align");
+        ui.note("touch/align");
     } else {
-        ImGui::Checkbox("as deep as what is seen", &state.stylus.on_surface);
-        note("touch/on_surface");
+        ui.check("as deep as what is seen", "touch/on_surface", state.stylus.on_surface);
         slide("deeper", state.stylus.push_mm, -50.0, 50.0, "%.2f mm");
-        note("touch/deeper");
+        ui.note("touch/deeper");
     }
 }
 
-void Interface::draw_touch_buttons(ViewState& state, const Work& work) {
+void draw_buttons(Widgets& ui, ViewState& state, const Work& work) {
     ImGui::Separator();
     Stylus& stylus = state.stylus;
     const bool is_mouse = stylus.by_pointer || !stylus.on;
     choose_named(is_mouse ? "left button" : "button 0", stylus.first, kCarves);
-    note("touch/first");
+    ui.note("touch/first");
     choose_named(is_mouse ? "right button" : "button 1", stylus.second, kCarves);
-    note("touch/second");
+    ui.note("touch/second");
     if (is_mouse)
         hint("in 3D wheel up: deeper; the middle button rotates");
     choose_named("shape", stylus.shape, kTipShapes);
-    note("touch/shape");
+    ui.note("touch/shape");
     const auto mills = [](Carve carve) { return carve == Carve::drill || carve == Carve::add; };
     if (mills(stylus.first) || mills(stylus.second)) {
         slide("rate", stylus.rate_per_s, 0.1, 100.0, "%.2g ranges/s", true);
-        note("touch/rate");
+        ui.note("touch/rate");
     }
-    ImGui::Checkbox("force as an arrow", &stylus.arrow_shown);
-    note("touch/arrow");
-    ImGui::Checkbox("sound", &stylus.sound_on);
-    note("touch/sound");
+    ui.check("force as an arrow", "touch/arrow", stylus.arrow_shown);
+    ui.check("sound", "touch/sound", stylus.sound_on);
     if (stylus.sound_on && !work.hand().sound().why_silent().empty() && ImGui::IsItemHovered())
         ImGui::SetTooltip("%s", work.hand().sound().why_silent().c_str());
     ImGui::SameLine();
-    ImGui::Checkbox("dust", &stylus.dust_shown);
-    note("touch/dust");
+    ui.check("dust", "touch/dust", stylus.dust_shown);
     if (stylus.sound_on && !work.hand().sound().why_silent().empty())
         hint("no sound: point at the box to see why");
     choose_named("3D by", state.seen_as, kSeenAs);
-    note("touch/seen_as");
-    ImGui::Checkbox("widgets in 3D", &state.palette_shown);
-    note("touch/palette");
+    ui.note("touch/seen_as");
+    ui.check("widgets in 3D", "touch/palette", state.palette_shown);
 }
 
-void Interface::draw_touch_feel(Work& work) {
+void draw_feel(Widgets& ui, Work& work) {
     ImGui::Separator();
     TouchParameters p = work.session().parameters();
     const std::string_view algorithm = work.hand().touch().options().algorithm;
@@ -199,16 +168,16 @@ void Interface::draw_touch_feel(Work& work) {
     if (has_source && work.has_labels()) {
         int source = p.source == TouchSource::labels;
         changed |= ImGui::RadioButton("grey values", &source, 0);
-        note("touch/grey");
+        ui.note("touch/grey");
         ImGui::SameLine();
         changed |= ImGui::RadioButton("labels", &source, 1);
-        note("touch/labels");
+        ui.note("touch/labels");
         p.source = source ? TouchSource::labels : TouchSource::grey;
     }
     for (const Setting<TouchParameters>& setting : kTouchSettings)
         if (setting.use.slider.label && algorithm != "none" && is_read_by(setting, algorithm)) {
             changed |= slide(setting, p);
-            note(fmt::format("touch/{}", setting.use.slider.label).c_str());
+            ui.note(fmt::format("touch/{}", setting.use.slider.label));
         }
     // A static coefficient below the dynamic one has no meaning.
     p.friction_static = std::max(p.friction_static, p.friction_dynamic);
@@ -225,7 +194,7 @@ void Interface::draw_touch_feel(Work& work) {
             const auto amount = [&](const char* id, double& value, double least, double most,
                                     const char* format) {
                 changed |= slide(id, value, least, most, format);
-                note(fmt::format("touch/{}/{}", axes[axis], id).c_str());
+                ui.note(fmt::format("touch/{}/{}", axes[axis], id));
             };
             amount("A", t.strength_n, 0.0, 6.0, "%.2f N");
             amount("beta", t.center, low, high, "%.5g");
@@ -240,7 +209,7 @@ void Interface::draw_touch_feel(Work& work) {
         const ValueRange range = work.subject().range;
         if (double iso = p.iso; slide("solid from", iso, range.min, range.max, "%.5g"))
             work.session().set_iso(iso);
-        note("touch/iso");
+        ui.note("touch/iso");
         if (ImGui::IsItemDeactivatedAfterEdit()) {
             TouchParameters tuned = work.session().parameters();
             if (const TouchScene felt = work.session().felt(); felt.grey)
@@ -250,7 +219,7 @@ void Interface::draw_touch_feel(Work& work) {
     }
 }
 
-void Interface::draw_touch_plots(const ViewState& state, Work& work) {
+void draw_plots(Widgets& ui, const ViewState& state, Work& work) {
     const Touch& touch = work.hand().touch();
     if (!state.stylus.on)
         return;
@@ -262,7 +231,7 @@ void Interface::draw_touch_plots(const ViewState& state, Work& work) {
                          fmt::format(fmt::runtime(format), values.back()).c_str(),
                          std::min(least, *low), std::max(most, *high),
                          ImVec2(0.0f, 3.0f * ImGui::GetTextLineHeight()));
-        note(fmt::format("touch/plot/{}", id).c_str());
+        ui.note(fmt::format("touch/plot/{}", id));
     };
     plot("force", touch.forces_n(), 0.0f, 1.0f, "{:.2f} N");
     plot("energy", touch.energies_mj(), -1.0f, 1.0f, "{:.1f} mJ");
@@ -281,6 +250,30 @@ void Interface::draw_touch_plots(const ViewState& state, Work& work) {
                  .c_str());
         hint(text.c_str());
     }
+}
+
+} // namespace
+
+void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
+    if (!state.touch_open)
+        return;
+    const Box box = places_of(state).touch;
+    place_window(box);
+    if (ImGui::Begin("Touch", &state.touch_open,
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                         ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                         ImGuiWindowFlags_NoBringToFrontOnFocus |
+                         ImGuiWindowFlags_NoFocusOnAppearing |
+                         ImGuiWindowFlags_AlwaysVerticalScrollbar)) { // as the side panel
+        ImGui::PushItemWidth(-std::min(ImGui::CalcTextSize("right button_").x,
+                                       0.6f * ImGui::GetContentRegionAvail().x));
+        draw_device(ui, panel, state, work);
+        draw_buttons(ui, state, work);
+        draw_feel(ui, work);
+        draw_plots(ui, state, work);
+        ImGui::PopItemWidth();
+    }
+    ImGui::End();
 }
 
 } // namespace palpate::view

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "apps/view/drawing/mark_drawing.h"
-#include "apps/view/panels/interface.h"
+#include "apps/view/panels/panels.h"
 #include "engine/scene/presets.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
@@ -123,9 +123,83 @@ void draw_swatch(ImDrawList& list, ImVec2 low, ImVec2 size, const TransferFuncti
     }
 }
 
+// Numbers and colour of the point that is chosen.
+void draw_chosen_point(Widgets& ui, ViewState& state, Work& work, TransferFunction& function,
+                       std::vector<double>& isos, RayCastLayer& layer, bool& changed,
+                       bool& isos_changed) {
+    const std::optional<TransferPoint>& chosen = state.transfer.chosen;
+    if (!chosen)
+        return;
+    const ValueRange range = work.subject().range;
+    const float speed = std::max(1e-6f, (range.max - range.min) / 2000.0f);
+    const GreyWindow reach = limited({-INFINITY, INFINITY}, range);
+    const auto drag = [&](const char* id, double& value) {
+        const bool moved = ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &reach.low,
+                                             &reach.high, "%.5g", ImGuiSliderFlags_AlwaysClamp);
+        ui.note(fmt::format("transfer/{}", id));
+        return moved;
+    };
+    const auto color_edit = [&](glm::dvec3& color) {
+        float rgb[] = {static_cast<float>(color.x), static_cast<float>(color.y),
+                       static_cast<float>(color.z)};
+        const bool edited = ImGui::ColorEdit3("colour", rgb, ImGuiColorEditFlags_Float);
+        ui.note("transfer/colour");
+        if (edited)
+            color =
+                glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
+        return edited;
+    };
+    const size_t number = chosen->number;
+    if (chosen->of == TransferPoint::Of::opacity && number < function.opacities.size()) {
+        auto point = function.opacities[number];
+        bool moved = drag("value", point.value);
+        const double none = 0.0, all = 1.0;
+        moved |= ImGui::DragScalar("opacity", ImGuiDataType_Double, &point.opacity, 0.002f, &none,
+                                   &all, "%.3f", ImGuiSliderFlags_AlwaysClamp);
+        ui.note("transfer/opacity");
+        if (moved)
+            move_opacity(function, number, point.value, point.opacity);
+        changed |= moved;
+    } else if (chosen->of == TransferPoint::Of::color && number < function.colors.size()) {
+        double value = function.colors[number].value;
+        if (drag("value", value)) {
+            move_color(function, number, value);
+            changed = true;
+        }
+        changed |= color_edit(function.colors[number].color);
+    } else if (chosen->of == TransferPoint::Of::iso && number < isos.size()) {
+        isos_changed |= drag("value", isos[number]);
+        if (layer.mode == RayMode::iso) {
+            IsoSurface& iso = layer.isos[number];
+            color_edit(iso.color);
+            const double least = 0.01, most = 1.0;
+            ImGui::DragScalar("opacity", ImGuiDataType_Double, &iso.opacity, 0.005f, &least, &most,
+                              "%.2f", ImGuiSliderFlags_AlwaysClamp);
+            ui.note("transfer/opacity");
+        } else {
+            ImGui::TextDisabled("solid to the hand from here on");
+        }
+    }
+}
+
+// One function for eye and hand, or an iso-value for the hand.
+void draw_felt(Widgets& ui, Work& work, const TransferFunction& function) {
+    haptics::TouchParameters parameters = work.session().parameters();
+    bool is_felt = parameters.opacity.point_count > 0;
+    if (ImGui::Checkbox("the hand feels it", &is_felt)) {
+        double most = 0.0;
+        for (const auto& point : function.opacities)
+            most = std::max(most, point.opacity);
+        parameters.opacity = is_felt ? opacity_to_touch(function) : haptics::HapticTransfer{};
+        parameters.iso = is_felt ? 0.5 * most : default_iso(work.loaded());
+        work.session().feel(parameters);
+    }
+    ui.note("transfer/felt");
+}
+
 } // namespace
 
-void Interface::draw_presets(RayCastLayer& layer, Work& work, bool& changed) {
+void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed) {
     if (!ImGui::BeginCombo("colours", "presets"))
         return;
     const float height = ImGui::GetTextLineHeight();
@@ -135,7 +209,7 @@ void Interface::draw_presets(RayCastLayer& layer, Work& work, bool& changed) {
             layer.transfer = fitted(*preset(name), std::string(name), work.loaded());
             changed = true;
         }
-        note(fmt::format("preset/{}", name).c_str());
+        ui.note(fmt::format("preset/{}", name));
         draw_swatch(*ImGui::GetWindowDrawList(), at, ImVec2(4.0f * height, height), *preset(name));
         ImGui::SameLine(4.6f * height);
         ImGui::TextUnformatted(std::string(name).c_str());
@@ -143,7 +217,7 @@ void Interface::draw_presets(RayCastLayer& layer, Work& work, bool& changed) {
     ImGui::EndCombo();
 }
 
-void Interface::draw_transfer(ViewState& state, Work& work) {
+void draw_transfer_panel(Widgets& ui, ViewState& state, Work& work) {
     TransferEditing& editing = state.transfer;
     Scene scene = work.session().scene();
     if (!scene.ray_cast || scene.ray_cast->transfer.colors.empty()) {
@@ -178,7 +252,7 @@ void Interface::draw_transfer(ViewState& state, Work& work) {
     ImGui::InvisibleButton(
         "plot", ImVec2(static_cast<float>(width), static_cast<float>(height + bar) + 8.0f * scale),
         ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
-    note("transfer/plot");
+    ui.note("transfer/plot");
     const double value = plot.value_at(px.x), opacity = plot.opacity_at(px.y);
     bool changed = false, isos_changed = false;
     if (ImGui::IsItemClicked(ImGuiMouseButton_Left)) {
@@ -247,14 +321,13 @@ void Interface::draw_transfer(ViewState& state, Work& work) {
     ImGui::SameLine(static_cast<float>(width) - ImGui::CalcTextSize(end.c_str()).x);
     ImGui::TextDisabled("%s", end.c_str());
 
-    draw_chosen_point(state, work, function, isos, layer, changed, isos_changed);
+    draw_chosen_point(ui, state, work, function, isos, layer, changed, isos_changed);
     if (editing.chosen) {
         if (ImGui::Button("remove point"))
             remove(*editing.chosen);
-        note("transfer/remove");
+        ui.note("transfer/remove");
     }
-    ImGui::Checkbox("log counts", &editing.log_counts);
-    note("transfer/log");
+    ui.check("log counts", "transfer/log", editing.log_counts);
     double ends[] = {plot.low, plot.high};
     const float speed = static_cast<float>((most - least) / 1000.0);
     if (ImGui::DragScalarN("values", ImGuiDataType_Double, ends, 2, speed, &least, &most, "%.5g",
@@ -263,20 +336,20 @@ void Interface::draw_transfer(ViewState& state, Work& work) {
         editing.low = ends[0];
         editing.high = ends[1];
     }
-    note("transfer/values");
+    ui.note("transfer/values");
     if (!is_whole) {
         if (ImGui::Button("all values"))
             editing.low = editing.high = 0.0;
-        note("transfer/all_values");
+        ui.note("transfer/all_values");
     }
     if (layer.mode != RayMode::iso) {
         RayCastLayer with = layer;
         with.transfer = function;
-        draw_presets(with, work, changed);
-        note("transfer/presets");
+        draw_presets(ui, with, work, changed);
+        ui.note("transfer/presets");
         function = std::move(with.transfer);
     }
-    draw_felt(work, function);
+    draw_felt(ui, work, function);
     ImGui::TextDisabled("click: add; drag: move;\nright click: remove");
 
     if (isos_changed) {
@@ -306,80 +379,6 @@ void Interface::draw_transfer(ViewState& state, Work& work) {
     } else if (scene != work.session().scene()) {
         work.session().show(std::move(scene));
     }
-}
-
-// Numbers and colour of the point that is chosen.
-void Interface::draw_chosen_point(ViewState& state, Work& work, TransferFunction& function,
-                                  std::vector<double>& isos, RayCastLayer& layer, bool& changed,
-                                  bool& isos_changed) {
-    const std::optional<TransferPoint>& chosen = state.transfer.chosen;
-    if (!chosen)
-        return;
-    const ValueRange range = work.subject().range;
-    const float speed = std::max(1e-6f, (range.max - range.min) / 2000.0f);
-    const GreyWindow reach = limited({-INFINITY, INFINITY}, range);
-    const auto drag = [&](const char* id, double& value) {
-        const bool moved = ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &reach.low,
-                                             &reach.high, "%.5g", ImGuiSliderFlags_AlwaysClamp);
-        note(fmt::format("transfer/{}", id).c_str());
-        return moved;
-    };
-    const auto color_edit = [&](glm::dvec3& color) {
-        float rgb[] = {static_cast<float>(color.x), static_cast<float>(color.y),
-                       static_cast<float>(color.z)};
-        const bool edited = ImGui::ColorEdit3("colour", rgb, ImGuiColorEditFlags_Float);
-        note("transfer/colour");
-        if (edited)
-            color =
-                glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
-        return edited;
-    };
-    const size_t number = chosen->number;
-    if (chosen->of == TransferPoint::Of::opacity && number < function.opacities.size()) {
-        auto point = function.opacities[number];
-        bool moved = drag("value", point.value);
-        const double none = 0.0, all = 1.0;
-        moved |= ImGui::DragScalar("opacity", ImGuiDataType_Double, &point.opacity, 0.002f, &none,
-                                   &all, "%.3f", ImGuiSliderFlags_AlwaysClamp);
-        note("transfer/opacity");
-        if (moved)
-            move_opacity(function, number, point.value, point.opacity);
-        changed |= moved;
-    } else if (chosen->of == TransferPoint::Of::color && number < function.colors.size()) {
-        double value = function.colors[number].value;
-        if (drag("value", value)) {
-            move_color(function, number, value);
-            changed = true;
-        }
-        changed |= color_edit(function.colors[number].color);
-    } else if (chosen->of == TransferPoint::Of::iso && number < isos.size()) {
-        isos_changed |= drag("value", isos[number]);
-        if (layer.mode == RayMode::iso) {
-            IsoSurface& iso = layer.isos[number];
-            color_edit(iso.color);
-            const double least = 0.01, most = 1.0;
-            ImGui::DragScalar("opacity", ImGuiDataType_Double, &iso.opacity, 0.005f, &least, &most,
-                              "%.2f", ImGuiSliderFlags_AlwaysClamp);
-            note("transfer/opacity");
-        } else {
-            ImGui::TextDisabled("solid to the hand from here on");
-        }
-    }
-}
-
-// One function for eye and hand, or an iso-value for the hand.
-void Interface::draw_felt(Work& work, const TransferFunction& function) {
-    haptics::TouchParameters parameters = work.session().parameters();
-    bool is_felt = parameters.opacity.point_count > 0;
-    if (ImGui::Checkbox("the hand feels it", &is_felt)) {
-        double most = 0.0;
-        for (const auto& point : function.opacities)
-            most = std::max(most, point.opacity);
-        parameters.opacity = is_felt ? opacity_to_touch(function) : haptics::HapticTransfer{};
-        parameters.iso = is_felt ? 0.5 * most : default_iso(work.loaded());
-        work.session().feel(parameters);
-    }
-    note("transfer/felt");
 }
 
 } // namespace palpate::view

@@ -8,8 +8,43 @@
 #include <utility>
 #include <vector>
 
+#include "apps/view/drawing/looks.h"
+#include "apps/view/window/state.h"
+
 // Widgets that sections of the side panel share.
 namespace palpate::view {
+
+// The colour of words that stand out.
+inline ImVec4 accent(const ViewState& state) {
+    return rgb_color(theme_of(state.light).warning);
+}
+
+// The next window fills a box.
+inline void place_window(const Box& box) {
+    ImGui::SetNextWindowPos(
+        ImVec2(static_cast<float>(box.low_px.x), static_cast<float>(box.low_px.y)));
+    ImGui::SetNextWindowSize(
+        ImVec2(static_cast<float>(box.size_px.x), static_cast<float>(box.size_px.y)));
+}
+
+// Begins a window in the middle, over the views; `open`: it has a button that closes it.
+inline void begin_dialog(const char* title, bool* open, const ViewState& state,
+                         ImGuiWindowFlags size = ImGuiWindowFlags_AlwaysAutoResize) {
+    ImGui::SetNextWindowPos(ImVec2(0.5f * static_cast<float>(state.size_px.x),
+                                   0.5f * static_cast<float>(state.size_px.y)),
+                            ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+    ImGui::Begin(title, open,
+                 size | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                     ImGuiWindowFlags_NoSavedSettings);
+}
+
+// A field for the name of a file; `first` is offered.
+template <class Text>
+void type_file(const char* id, Text& typed, const char* first) {
+    if (typed[0] == '\0')
+        std::string(first).copy(typed.data(), typed.size() - 1);
+    ImGui::InputText(id, typed.data(), typed.size());
+}
 
 // A list of names to choose from; whether the choice changed.
 template <class Choice, class List = std::initializer_list<std::pair<const char*, Choice>>>

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "apps/view/document/order.h"
+#include "apps/view/document/work.h"
+#include "apps/view/panels/file_browser.h"
+#include "apps/view/window/state.h"
+
+// The panels: each is a function of the state and the document in a source of its name. It changes
+// the state, or orders. What it remembers from frame to frame is a struct.
+namespace palpate::view {
+
+class SeriesPreviews;
+
+// The widgets of a frame, while panels draw them.
+struct Widgets {
+    double time_s = 0.0; // of the frame
+    std::vector<Order> orders{};
+    std::map<std::string, Box> places{}; // by their ids: "tool/draw"
+
+    void order(Order one) { orders.push_back(std::move(one)); }
+    void note(const std::string& id);                                // where the last widget lies
+    bool button(const char* text, const std::string& id, Order one); // whether it was pressed
+    void check(const char* text, const std::string& id, bool& is_on);
+};
+
+using TypedText = std::array<char, 1024>;
+
+struct WindowEnds {        // of drag_ends()
+    GreyWindow before{};   // a field was taken hold of
+    std::string clamped{}; // that a typed end was beyond its limits; empty: it was not
+};
+struct LabelPanel {
+    TypedText file{};
+    std::array<char, 64> sought{}; // a part of the names of labels
+};
+struct FilesPanel {
+    std::vector<std::string> recent{};
+    TypedText figure_file{};
+};
+struct SidePanel {
+    WindowEnds ends{};
+    LabelPanel labels{};
+    TypedText measures_file{};
+    FilesPanel files{};
+    bool bound_held = false; // of a segmentation, in this frame
+};
+struct Browser {
+    std::string folder{}, error{};
+    std::vector<BrowserEntry> entries{}; // of the folder
+    TypedText typed{};
+    bool was_open = false; // in the last frame
+};
+struct TouchPanel {
+    std::vector<std::string> devices{}; // as they were at a time
+    double devices_at_s = -1e9;
+};
+struct StatusLine {
+    std::string message{};
+    double told_s = -1e9; // when it came
+    std::string how_to{}; // use the tool that was in the hand in the last frame
+
+    // The message; empty: nothing, or it has been shown for as long as a person reads it.
+    std::string shown(double time_s) const;
+};
+
+void draw_side_panel(Widgets& ui, SidePanel& panel, ViewState& state, Work& work);
+void draw_view_panel(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
+void draw_transfer_panel(Widgets& ui, ViewState& state, Work& work);
+void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewState& state,
+                      Work& work);
+void draw_segment_panel(Widgets& ui, bool& bound_held, ViewState& state, Work& work);
+void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work);
+void draw_clip_panel(Widgets& ui, ViewState& state, Work& work);
+void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work);
+void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state);
+void draw_series_list(Widgets& ui, ViewState& state, Work& work);
+
+// Windows beside and over the views.
+void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& work);
+void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work);
+void draw_help(ViewState& state);
+void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work);
+void draw_browser(Widgets& ui, Browser& panel, ViewState& state);
+void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState& state,
+                         Work& work); // null: no pictures
+void draw_opening(Widgets& ui, const ViewState& state);
+
+// Parts that several panels have.
+void draw_tool_buttons(Widgets& ui, ViewState& state);
+void draw_label_looks(Widgets& ui, ViewState& state);
+void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed);
+void draw_values(const ValueStatistics& values, const std::string& unit); // a small table
+// Two fields for the ends of a window. A drag stops at the other end; what is typed moves it along.
+void drag_ends(Widgets& ui, WindowEnds& ends, const char* group, std::array<const char*, 2> names,
+               GreyWindow& window, double least, GreyWindow limits, Work& work);
+
+} // namespace palpate::view

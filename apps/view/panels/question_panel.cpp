@@ -1,0 +1,108 @@
+// Questions to a person: whether edits are saved, whether recovered steps are wanted, and where to
+// save.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+
+#include "apps/view/panels/panels.h"
+#include "apps/view/panels/widgets.h"
+
+namespace palpate::view {
+
+void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work) {
+    if (state.leaving && !state.leaving->saving) {
+        bool open = true;
+        begin_dialog("Edits are not saved", &open, state);
+        const std::string next = state.leaving->closes ? "the window closes"
+                                 : state.names_hidden  ? "another file opens"
+                                                       : state.leaving->path + " opens";
+        ImGui::TextUnformatted(fmt::format("Save them before {}?", next).c_str());
+        const bool pulled = work.mesh_pulling().is_pulled();
+        if (pulled)
+            ImGui::TextUnformatted(fmt::format("The pulled mesh is put into label {} first.",
+                                               work.mesh_pulling().mesh()->label())
+                                       .c_str());
+        if (ImGui::Button("save")) {
+            state.leaving->saving = true;
+            state.leaving->applying = pulled;
+            ui.order(pulled ? Order(order::ApplyMesh{}) : order::Save{});
+        }
+        ui.note("leave/save");
+        ImGui::SameLine();
+        ui.button("discard", "leave/discard", order::Leave{});
+        ImGui::SameLine();
+        open &= !ImGui::Button("cancel");
+        ui.note("leave/cancel");
+        ImGui::End();
+        if (!open)
+            state.leaving.reset();
+    }
+    if (state.recovered_steps > 0 && !state.leaving && state.opening.empty()) {
+        bool open = true;
+        begin_dialog("Steps were recovered", &open, state);
+        const size_t steps = state.recovered_steps;
+        ImGui::TextUnformatted(fmt::format("{} step{} of a window that ended before {} saved.",
+                                           steps, steps == 1 ? "" : "s",
+                                           steps == 1 ? "it was" : "they were")
+                                   .c_str());
+        if (ImGui::Button("keep"))
+            open = false;
+        ui.note("recovered/keep");
+        ImGui::SameLine();
+        if (ImGui::Button("undo them")) {
+            for (size_t i = 0; i < steps; ++i)
+                ui.order(order::Undo{});
+            open = false;
+        }
+        ui.note("recovered/undo");
+        ImGui::End();
+        if (!open)
+            state.recovered_steps = 0;
+    }
+    if (state.saving_open) {
+        begin_dialog("Save to a new project folder", &state.saving_open, state);
+        if (folder[0] == '\0') {
+            const std::string offered = state.saving_folder.empty()
+                                            ? work.saving().new_folder(state.names_hidden)
+                                            : state.saving_folder;
+            std::copy_n(offered.begin(), std::min(offered.size(), folder.size() - 1),
+                        folder.begin());
+            state.saving_typing = true;
+        }
+        if (std::exchange(state.saving_typing, false))
+            ImGui::SetKeyboardFocusHere();
+        ImGui::SetNextItemWidth(0.5f * static_cast<float>(state.size_px.x));
+        const bool entered = ImGui::InputText("folder", folder.data(), folder.size(),
+                                              ImGuiInputTextFlags_EnterReturnsTrue);
+        ui.note("save/folder");
+        if (!state.saving_failed.empty()) {
+            ImGui::PushTextWrapPos(0.5f * static_cast<float>(state.size_px.x));
+            ImGui::TextColored(
+                accent(state), "%s",
+                (state.names_hidden ? work.saving().without_names(state.saving_failed)
+                                    : state.saving_failed)
+                    .c_str());
+            ImGui::PopTextWrapPos();
+            ui.note("save/failed");
+        }
+        if (ImGui::Button("save") || entered || state.saving_entered) {
+            ui.order(order::Save{folder.data()});
+            state.saving_open = false;
+        }
+        ui.note("save/save");
+        ImGui::SameLine();
+        if (ImGui::Button("cancel"))
+            state.saving_open = false;
+        ui.note("save/cancel");
+        ImGui::End();
+    }
+    state.saving_entered = false;
+    if (!state.saving_open) {
+        folder = {};
+        state.saving_folder.clear();
+        state.saving_failed.clear();
+    }
+}
+
+} // namespace palpate::view

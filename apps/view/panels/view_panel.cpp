@@ -1,0 +1,242 @@
+// The panel of the tab "view": the tool, how pictures are shown, and where.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/view/panels/panels.h"
+#include "apps/view/panels/widgets.h"
+#include "apps/view/tools/tool.h"
+#include "engine/session/default_scene.h"
+#include "engine/volume/extent.h"
+
+namespace palpate::view {
+
+void draw_tool_buttons(Widgets& ui, ViewState& state) {
+    size_t buttons = 0;
+    const auto next_column = [&] { // of two
+        if (buttons % 2 == 1)
+            ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+    };
+    for (const Tool* tool : tools()) {
+        if (!tool->title)
+            continue;
+        next_column();
+        const std::string name = fmt::format("{}##tool", tool->title); // a tab is named as one is
+        if (ImGui::RadioButton(name.c_str(), state.tool == tool))
+            state.tool = tool;
+        if (ImGui::IsItemHovered())
+            ImGui::SetTooltip("%s", fmt::format("{}: {}", key_of(*tool), tool->help).c_str());
+        ui.note(fmt::format("tool/{}", tool->name));
+        ++buttons;
+    }
+    if (state.tool->kind) { // beside the last one
+        next_column();
+        const std::string kind = state.tool->kind(state);
+        const std::string whole = fmt::format("{}: {}", state.tool->title, kind);
+        const bool fits = ImGui::CalcTextSize(whole.c_str()).x <= ImGui::GetContentRegionAvail().x;
+        ImGui::TextDisabled("%s", (fits ? whole : kind).c_str());
+        ui.note("tool/kind");
+    }
+    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
+    ui.note("tool/radius");
+}
+
+void draw_label_looks(Widgets& ui, ViewState& state) {
+    ui.check("shown", "labels/shown", state.labels_shown);
+    slide("opacity", state.label_opacity, 0.0, 1.0, "%.2f");
+    ui.note("labels/opacity");
+}
+
+namespace {
+
+void draw_tool(Widgets& ui, ViewState& state, Work& work) {
+    draw_tool_buttons(ui, state);
+    int label = state.label;
+    if (ImGui::InputInt("label", &label))
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, 65535));
+    ui.note("tool/label");
+    const EditState edit = work.edited();
+    const auto button = [&](const char* name, bool possible, Order order) {
+        ImGui::BeginDisabled(!possible);
+        ui.button(name, fmt::format("tool/{}", name), std::move(order));
+        ImGui::EndDisabled();
+    };
+    button("undo", edit.undo_steps > 0, order::Undo{});
+    ImGui::SameLine();
+    button("redo", edit.redo_steps > 0, order::Redo{});
+    ImGui::SameLine();
+    button("save", true, order::Save{});
+}
+
+void draw_window(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
+    const Subject& subject = work.subject();
+    const double low = subject.range.min, high = std::max(low + 1e-3, double{subject.range.max});
+    const double room = high - low;
+    drag_ends(ui, ends, "window", {"black", "white"}, state.window,
+              std::max(1e-4 * room, are_whole_enough(subject.range) ? 1.0 : 0.0),
+              {low - room, high + room}, work);
+    state.window = limited(state.window, subject.range);
+    for (size_t i = 0; i < subject.windows.size(); ++i) {
+        const std::string name = fmt::format("{} {}", i + 1, subject.window_names[i]);
+        if (i % 2 == 1)
+            ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+        if (ImGui::Selectable(name.c_str(), state.window == subject.windows[i], 0,
+                              ImVec2(0.42f * ImGui::GetWindowWidth(), 0.0f)))
+            state.window = subject.windows[i];
+        ui.note(fmt::format("window/{}", i + 1));
+    }
+}
+
+void draw_volume(Widgets& ui, ViewState& state, Work& work) {
+    Scene scene = work.session().scene();
+    bool changed = false;
+    if (scene.ray_cast) {
+        RayMode mode = scene.ray_cast->mode;
+        if (choose<RayMode>("mode", mode,
+                            {{"shaded", RayMode::alpha},
+                             {"maximum", RayMode::mip},
+                             {"iso-surface", RayMode::iso}})) {
+            scene.ray_cast = default_ray_cast(mode, work.loaded());
+            changed = true;
+        }
+        ui.note("volume/mode");
+    }
+    if (scene.ray_cast && scene.ray_cast->mode == RayMode::alpha) {
+        draw_presets(ui, *scene.ray_cast, work, changed);
+        ui.note("volume/colours");
+    }
+    if (scene.ray_cast && scene.ray_cast->mode == RayMode::mip) {
+        if (ImGui::Button("as the slices' window")) {
+            scene.ray_cast->transfer = grey_of(state);
+            changed = true;
+        }
+        ui.note("volume/as_window");
+    }
+    if (scene.ray_cast && scene.ray_cast->mode == RayMode::iso) {
+        double iso = scene.ray_cast->isos.front().value;
+        if (slide("iso", iso, work.subject().range.min, work.subject().range.max, "%.5g")) {
+            auto& isos = scene.ray_cast->isos;
+            isos.front().value = isos.size() > 1 ? std::min(iso, isos[1].value) : iso;
+            work.session().set_iso(isos.front().value);
+        }
+        ui.note("volume/iso");
+    }
+    ui.check("slices in 3D", "volume/slices", state.slices_in_volume);
+    bool is_flat = state.camera.projection == Projection::orthographic;
+    if (ImGui::Checkbox("orthographic", &is_flat)) {
+        // Things at the target keep their size.
+        const double distance = glm::distance(state.camera.eye_mm, state.camera.target_mm);
+        const double slope = 2.0 * std::tan(glm::radians(0.5 * state.camera.view_angle_deg));
+        if (is_flat)
+            state.camera.view_height_mm = distance * slope;
+        state.camera.projection = is_flat ? Projection::orthographic : Projection::perspective;
+    }
+    ui.note("volume/orthographic");
+    if (changed)
+        work.session().show(std::move(scene));
+}
+
+void draw_layout(Widgets& ui, ViewState& state) {
+    if (choose<Layout>("views", state.layout,
+                       {{"three slices and 3D", Layout::four},
+                        {"3D", Layout::volume},
+                        {"one slice", Layout::slice}}))
+        state.alone.reset();
+    ui.note("layout/views");
+    if (state.layout == Layout::slice) {
+        choose<Panel>(
+            "slice", state.slice,
+            {{"axial", Panel::axial}, {"coronal", Panel::coronal}, {"sagittal", Panel::sagittal}});
+        ui.note("layout/slice");
+    }
+    ui.check("crosshair", "layout/crosshair", state.crosshair_shown);
+    ImGui::SameLine();
+    ui.check("notes", "layout/notes", state.notes_shown);
+}
+
+void draw_slices(Widgets& ui, ViewState& state, Work& work) {
+    const double layer = smallest_spacing_mm(work.subject().grid);
+    if (slide("thickness", state.slab_mm, 0.0, 100.0 * layer,
+              state.slab_mm > 0.0 ? "%.3g mm" : "none"))
+        state.slab_mm = layer * std::round(state.slab_mm / layer);
+    ui.note("slices/thickness");
+    if (state.slab_mm > 0.0) {
+        choose("of it", state.slab_mode,
+               {std::pair("maximum", SlabMode::maximum),
+                {"mean", SlabMode::mean},
+                {"minimum", SlabMode::minimum}});
+        ui.note("slices/mode");
+    }
+    slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
+    ui.note("slices/outline");
+    if (ImGui::Button("volume over slices..")) {
+        state.browser_open = true;
+        state.browsing = Browsing::fused;
+    }
+    ui.note("slices/open");
+    const Scene& scene = work.session().scene();
+    if (scene.fusion) {
+        slide("fused", state.fusion_opacity, 0.0, 1.0, "%.2f");
+        ui.note("slices/fused");
+    }
+    if (scene.overlay) {
+        slide("overlay", state.overlay_opacity, 0.0, 1.0, "%.2f");
+        ui.note("slices/overlay");
+    }
+}
+
+void draw_stereo(Widgets& ui, ViewState& state) {
+    StereoView& stereo = state.stereo;
+    ui.check("both eyes", "stereo/on", stereo.on);
+    if (!stereo.on) {
+        state.cursor_mm.reset();
+        return;
+    }
+    choose("layout", stereo.layout,
+           {std::pair("red and cyan", StereoLayout::anaglyph),
+            {"side by side", StereoLayout::side_by_side},
+            {"top and bottom", StereoLayout::top_bottom},
+            {"rows", StereoLayout::row_interleaved},
+            {"columns", StereoLayout::column_interleaved},
+            {"checkerboard", StereoLayout::checkerboard},
+            {"left eye", StereoLayout::left},
+            {"right eye", StereoLayout::right}});
+    ui.note("stereo/layout");
+    ui.check("swap eyes", "stereo/swap", stereo.swap_eyes);
+    ImGui::SameLine();
+    ui.check("mirror", "stereo/mirror", stereo.mirror);
+    if (stereo.profile) {
+        ImGui::TextDisabled("%s", stereo.profile->name.c_str());
+        return;
+    }
+    double percent = 100.0 * stereo.separation; // of the camera's distance
+    if (slide("depth", percent, 0.2, 20.0, "%.1f %%", true))
+        stereo.separation = percent / 100.0;
+    ui.note("stereo/depth");
+}
+
+} // namespace
+
+void draw_view_panel(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
+    const auto section = [](const char* name) {
+        return ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
+    };
+    if (section("Tool"))
+        draw_tool(ui, state, work);
+    if (section("Window"))
+        draw_window(ui, ends, state, work);
+    if (section("Volume"))
+        draw_volume(ui, state, work);
+    if (section("Labels"))
+        draw_label_looks(ui, state);
+    if (section("Layout"))
+        draw_layout(ui, state);
+    if (section("Slices"))
+        draw_slices(ui, state, work);
+    if (section("Stereo"))
+        draw_stereo(ui, state);
+}
+
+} // namespace palpate::view
