@@ -57,7 +57,7 @@ void HandLink::begin_stroke(const StrokePose& pose, const ViewState& state) {
 }
 
 void HandLink::move_stroke(const StrokePose& pose) {
-    // Where the ring is full the pose is left out, and the sweep from the last one has no gap.
+    // A pose that the full ring does not take is left out: the sweep from the last one has no gap.
     if (is_drawing_ && document_.session().stroke(EditInput::Kind::move, pose))
         last_ = pose;
 }

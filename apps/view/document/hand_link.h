@@ -15,8 +15,8 @@
 
 namespace palpate::view {
 
-// What a person's hand does to a document: strokes of the mouse, and a device with its tools, the
-// widgets that it presses, and what is seen and heard of it.
+// A person's hand on a document: strokes of the mouse, and a device with its tools, the widgets
+// that it presses, and what is seen and heard of it.
 class HandLink {
  public:
     HandLink(OpenDocument& document, MeshPulling& mesh_pulling);
@@ -48,7 +48,7 @@ class HandLink {
     const Backlog& backlog() const { return backlog_; }
     static constexpr double kFarBehind_s = 1.0; // a person is told
 
-    // What of a hand lies in the 3D view: its tool at the proxy, and what it can pull and press.
+    // The tool at the proxy, and what the hand can pull and press, as they lie in the 3D view.
     struct Surface {
         SurfaceLayer layer;
         std::shared_ptr<const Mesh> mesh;

@@ -12,8 +12,6 @@
 
 namespace palpate::view {
 
-namespace {
-
 Json shape_json(TipShape shape, double radius_mm) {
     switch (shape) {
         case TipShape::ball:
@@ -35,55 +33,6 @@ palpate::Tool tool_of(const Json& shape) {
     palpate::Tool tool = read_tool(JsonValue(shape, "", errors));
     PALPATE_ASSERT(!errors.first);
     return tool;
-}
-
-OperationKind kind_of(Carve carve) {
-    switch (carve) {
-        case Carve::erase:
-            return OperationKind::erase;
-        case Carve::erode:
-            return OperationKind::erode;
-        case Carve::dilate:
-            return OperationKind::dilate;
-        case Carve::smooth:
-            return OperationKind::smooth;
-        case Carve::cut:
-            return OperationKind::cut;
-        case Carve::drill:
-        case Carve::add:
-            return OperationKind::mill;
-        case Carve::nothing:
-        case Carve::draw:
-        case Carve::seed:
-        case Carve::pull:
-        case Carve::crosshair:
-            break;
-    }
-    return OperationKind::draw;
-}
-
-} // namespace
-
-EditSetup make_tool(Carve carve, TipShape shape, double radius_mm, uint16_t label,
-                    double rate_per_s, const ToolFor& made_for) {
-    const bool on_labels = is_on_labels(carve);
-    Json json = shape_json(shape, radius_mm);
-    if (on_labels && radius_mm < largest_spacing_mm(made_for.grid))
-        json = Json{{"kind", "union"}, {"of", Json::array({json, {{"kind", "point"}}})}};
-    EditSetup setup{json, tool_of(json), {}, on_labels ? made_for.labels : made_for.grey, {}};
-    Operation& operation = setup.operation;
-    operation.kind = kind_of(carve);
-    operation.label = label;
-    if (carve == Carve::smooth)
-        operation.radius_mm = std::max(radius_mm, largest_spacing_mm(made_for.grid));
-    if (carve == Carve::drill || carve == Carve::add) {
-        const double range = std::max(1e-6, double{made_for.range.max} - made_for.range.min);
-        operation.rates = {{0.0, rate_per_s * range}};
-        operation.falloff_mm = 0.5 * smallest_spacing_mm(made_for.grid);
-    }
-    if (carve == Carve::add) // well into the values that are solid
-        operation.to_value = std::round(0.5 * (made_for.iso + made_for.range.max));
-    return setup;
 }
 
 bool ToolRack::hold(Session& session, EditSetup setup, uint8_t tool) {

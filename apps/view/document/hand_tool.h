@@ -11,19 +11,9 @@
 
 namespace palpate::view {
 
-// The data that a tool is made for.
-struct ToolFor {
-    Grid grid;                // of the volume that is changed
-    ValueRange range;         // of its grey values
-    double iso = 0.0;         // at or above it they are solid
-    std::string grey, labels; // names of the volumes
-};
-
-// The tool of a hand. A ball of labels between samples still draws the one that its middle is in;
-// cuts are by the tool's surface. carve is_stroke(), and not
-// Carve::seed, which is to draw or to erase.
-EditSetup make_tool(Carve carve, TipShape shape, double radius_mm, uint16_t label,
-                    double rate_per_s, const ToolFor& made_for);
+// The shape of a tool, as a step of the document has it, and the tool of such a shape.
+Json shape_json(TipShape shape, double radius_mm);
+palpate::Tool tool_of(const Json& shape);
 
 // The tools that a session has been given: gives it one where it differs from what it has.
 class ToolRack {

@@ -15,8 +15,8 @@ struct MeshPulling::MeshRun {
     struct Done { // one of the two
         std::optional<SimplexMesh> mesh;
         std::optional<Volume> labels{}; // as they become
-        // Of the labels: the step's name in the list of edits, and what a person is told after the
-        // label's new volume.
+        // The labels' step in the list of edits, and what a person is told after the label's new
+        // volume.
         const char *step = "", *told = "";
         bool is_of_mesh = false;              // that is pulled, and then is done with
         uint64_t count_before = 0, count = 0; // of the label's samples; start() counts

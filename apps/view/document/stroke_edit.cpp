@@ -1,15 +1,62 @@
 #include "apps/view/document/stroke_edit.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "engine/volume/extent.h"
 
 namespace palpate::view {
 
 namespace {
 
-ToolFor tool_for(OpenDocument& document, const std::string& labels) {
-    const Subject& subject = document.subject();
-    return {subject.grid, subject.range, document.session().parameters().iso, document.grey_name(),
-            labels};
+OperationKind kind_of(Carve carve) {
+    switch (carve) {
+        case Carve::erase:
+            return OperationKind::erase;
+        case Carve::erode:
+            return OperationKind::erode;
+        case Carve::dilate:
+            return OperationKind::dilate;
+        case Carve::smooth:
+            return OperationKind::smooth;
+        case Carve::cut:
+            return OperationKind::cut;
+        case Carve::drill:
+        case Carve::add:
+            return OperationKind::mill;
+        case Carve::nothing:
+        case Carve::draw:
+        case Carve::seed:
+        case Carve::pull:
+        case Carve::crosshair:
+            break;
+    }
+    return OperationKind::draw;
+}
+
+// The edit of a tool on a volume. A ball of labels between samples still draws the one that its
+// middle is in; cuts are by the tool's surface.
+EditSetup tool_edit(const OpenDocument& document, Carve carve, TipShape shape, uint16_t label,
+                    const std::string& on, const ViewState& state) {
+    const Grid& grid = document.subject().grid;
+    const ValueRange range = document.subject().range;
+    Json json = shape_json(shape, state.radius_mm);
+    if (is_on_labels(carve) && state.radius_mm < largest_spacing_mm(grid))
+        json = Json{{"kind", "union"}, {"of", Json::array({json, {{"kind", "point"}}})}};
+    EditSetup setup{json, tool_of(json), {}, on, {}};
+    Operation& operation = setup.operation;
+    operation.kind = kind_of(carve);
+    operation.label = label;
+    if (carve == Carve::smooth)
+        operation.radius_mm = std::max(state.radius_mm, largest_spacing_mm(grid));
+    if (carve == Carve::drill || carve == Carve::add) {
+        const double width = std::max(1e-6, double{range.max} - range.min);
+        operation.rates = {{0.0, state.stylus.rate_per_s * width}};
+        operation.falloff_mm = 0.5 * smallest_spacing_mm(grid);
+    }
+    if (carve == Carve::add) // well into the values that are solid
+        operation.to_value = std::round(0.5 * (document.session().parameters().iso + range.max));
+    return setup;
 }
 
 // The labels that an operation on labels may change; nothing where none is locked.
@@ -39,8 +86,8 @@ std::optional<EditSetup> seed_edit(OpenDocument& document, TipShape shape, const
     const uint16_t label = brush != SeedBrush::inside    ? kOutsideSeed
                            : state.label == kOutsideSeed ? kSeedOf255
                                                          : state.label;
-    return make_tool(brush == SeedBrush::erase ? Carve::erase : Carve::draw, shape, state.radius_mm,
-                     label, 0.0, tool_for(document, OpenDocument::kSeeds));
+    return tool_edit(document, brush == SeedBrush::erase ? Carve::erase : Carve::draw, shape, label,
+                     OpenDocument::kSeeds, state);
 }
 
 } // namespace
@@ -49,10 +96,9 @@ std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipSha
                                      const ViewState& state) {
     if (carve == Carve::seed)
         return seed_edit(document, shape, state);
-    EditSetup setup = make_tool(carve, shape, state.radius_mm, state.label, state.stylus.rate_per_s,
-                                tool_for(document, document.labels_name()));
     if (!is_on_labels(carve))
-        return setup;
+        return tool_edit(document, carve, shape, state.label, document.grey_name(), state);
+    EditSetup setup = tool_edit(document, carve, shape, state.label, document.labels_name(), state);
     setup.operation.over = free_labels(document, state);
     if (state.only_values) {
         setup.operation.only_values = {state.only_values->low, state.only_values->high};

@@ -84,7 +84,7 @@ Json segmenting_json(Work& work, const ViewState& state) {
     return json;
 }
 
-// What the panels show.
+// The part that the panels show.
 void dump_panels(Work& work, const ViewState& state, Json& json) {
     json["tab"] = name_of(state.tab);
     work.watch(state);
