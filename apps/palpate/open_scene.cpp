@@ -39,7 +39,8 @@ Result<LoadedScene> load_inputs(const SceneOptions& options, SceneFile& file, co
                              {},
                              volume->coarser,
                              volume->labels,
-                             volume->inverted}
+                             volume->inverted,
+                             volume->series}
                : load_scene_input(options.input, to_read, read_options(read, stop));
     if (!loaded)
         return loaded;
@@ -112,7 +113,7 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
     PALPATE_TRY(hide_other_labels(options, file, loaded));
     PALPATE_TRY(make_scene_meshes(file, loaded, memory.meshes));
     warn_of_apart(file, loaded);
-    for (const std::string& note : loaded.notes)
+    for (const std::string& note : all_notes(loaded))
         log::info("{}", note);
     for (const std::string& warning : loaded.warnings)
         log::warning("{}", warning);

@@ -47,7 +47,7 @@ Result<void> create(const ProjectOptions& o, const Interrupt& interrupt) {
     options.labels = o.labels;
     PALPATE_TRY(SceneFile file, base_scene(options));
     PALPATE_TRY(LoadedScene loaded, load_scene_input(o.from, file, {.stop = interrupt.token()}));
-    for (const std::string& note : loaded.notes)
+    for (const std::string& note : all_notes(loaded))
         log::info("{}", note);
     for (const std::string& warning : loaded.warnings)
         log::warning("{}", warning);

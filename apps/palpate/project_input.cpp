@@ -85,6 +85,7 @@ Result<LoadedScene> load_scene_input(const std::string& input, const SceneFile& 
         labels_alone.labels = file.labels;
         PALPATE_TRY(LoadedScene loaded, load_scene_data(labels_alone, options));
         scene.notes = std::move(loaded.notes);
+        scene.other_series = std::move(loaded.other_series);
         scene.warnings = std::move(loaded.warnings);
         scene.data.labels = std::move(loaded.data.labels);
         scene.label_names = std::move(loaded.label_names);

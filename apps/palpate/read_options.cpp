@@ -81,7 +81,7 @@ Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const std::stop_t
     Result<LoadedVolume> loaded =
         labels ? load_labels(flags.path, options) : load_volume(flags.path, options);
     if (loaded) {
-        for (const std::string& note : loaded->notes)
+        for (const std::string& note : all_notes(*loaded))
             log::info("{}", note);
         for (const std::string& warning : loaded->warnings)
             log::warning("{}", warning);

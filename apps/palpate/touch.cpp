@@ -55,7 +55,7 @@ Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interru
                           : std::filesystem::absolute(o.labels).string();
     Result<LoadedScene> scene = load_scene_input(o.scene, file, {.stop = interrupt.token()});
     if (scene) {
-        for (const std::string& note : scene->notes)
+        for (const std::string& note : all_notes(*scene))
             log::info("{}", note);
         for (const std::string& warning : scene->warnings)
             log::warning("{}", warning);

@@ -289,16 +289,15 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
         frames.insert(frames.end(), file.frames.begin(), file.frames.end());
     std::vector<DicomSeries> all = group_series(std::move(frames));
     PALPATE_TRY(const size_t chosen, choose_series(request, all));
-    std::vector<std::string> notes = std::move(found->notes);
-    if (found->files.size() > 1 || all.size() > 1 || fs::is_directory(request.path)) {
-        const std::vector<std::string> list = list_series(all, chosen);
-        notes.insert(notes.end(), list.begin(), list.end());
-    }
+    std::vector<SeriesInfo> list;
+    if (found->files.size() > 1 || all.size() > 1 || fs::is_directory(request.path))
+        list = list_series(all, chosen);
     DicomSeries series = all[chosen];
     if (series.frames.front().object == DicomObject::segmentation) {
         PALPATE_TRY(Decoded decoded,
                     decode_segmentation(name, found->files.at(series.frames.front().file), sink));
-        decoded.notes = std::move(notes);
+        decoded.notes = std::move(found->notes);
+        decoded.series = std::move(list);
         decoded.warnings.insert(decoded.warnings.begin(), found->warnings.begin(),
                                 found->warnings.end());
         return decoded;
@@ -312,7 +311,8 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
     sink.alive();
     for (;;) { // until the codecs take every file that is left
         Decoded decoded;
-        decoded.notes = notes;
+        decoded.notes = found->notes;
+        decoded.series = list;
         decoded.modality = series.modality;
         decoded.heeded_resample_slices = true;
         decoded.warnings = found->warnings;

@@ -29,11 +29,6 @@ std::string content_words(const DicomSeries& series) {
                        count == 1 ? "" : "s", plane_words(first));
 }
 
-std::string line_of(const std::vector<DicomSeries>& all, size_t i) {
-    return fmt::format("series {} of {}: {} '{}', {}, {}", i + 1, all.size(), all[i].modality,
-                       all[i].description, content_words(all[i]), all[i].uid);
-}
-
 bool is_read(const DicomSeries& series) {
     return series.frames.front().object != DicomObject::other;
 }
@@ -127,7 +122,7 @@ Result<size_t> choose_series(const DecodeRequest& request, const std::vector<Dic
     const auto checked = [&](size_t i) -> Result<size_t> {
         if (is_read(all[i]))
             return i;
-        return fail("{}: {}", name, line_of(all, i));
+        return fail("{}: {}", name, series_line(list_series(all)[i]));
     };
     if (!request.series)
         return checked(0);
@@ -147,17 +142,19 @@ Result<size_t> choose_series(const DecodeRequest& request, const std::vector<Dic
     if (one)
         return checked(found.front());
     std::string list;
-    for (size_t i = 0; i < all.size(); ++i)
-        list += (i == 0 ? "" : "; ") + line_of(all, i);
+    for (const SeriesInfo& series : list_series(all))
+        list += (list.empty() ? "" : "; ") + series_line(series);
     return fail("{}: {} series match '{}', expected one of: {}", name,
                 found.empty() ? "no" : std::to_string(found.size()), wanted, list);
 }
 
-std::vector<std::string> list_series(const std::vector<DicomSeries>& all,
-                                     std::optional<size_t> chosen) {
-    std::vector<std::string> list;
+std::vector<SeriesInfo> list_series(const std::vector<DicomSeries>& all,
+                                    std::optional<size_t> chosen) {
+    std::vector<SeriesInfo> list;
     for (size_t i = 0; i < all.size(); ++i)
-        list.push_back(line_of(all, i) + (chosen == i ? " (read)" : ""));
+        list.push_back({static_cast<uint32_t>(i + 1), static_cast<uint32_t>(all.size()),
+                        all[i].modality, all[i].description, content_words(all[i]), all[i].uid,
+                        chosen == i});
     return list;
 }
 

@@ -83,9 +83,9 @@ std::vector<DicomSeries> group_series(std::vector<DicomFrame> frames);
 // several match, or says why the one that matches is not read.
 Result<size_t> choose_series(const DecodeRequest& request, const std::vector<DicomSeries>& all);
 
-// A line for each: "series 1 of 2: CT 'head', 93 images of 64 x 64 at 3.2 x 3.2 mm, axial, 1.2.3".
-std::vector<std::string> list_series(const std::vector<DicomSeries>& all,
-                                     std::optional<size_t> chosen);
+// What each is, for people.
+std::vector<SeriesInfo> list_series(const std::vector<DicomSeries>& all,
+                                    std::optional<size_t> chosen = {});
 
 // Sorts the images along their normal, splits off the frame asked for where several images lie at
 // each position (frame_order.h), and derives the grid. Slices keep a shear (gantry tilt). What

@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/io/label_names.h"
+#include "engine/io/series_info.h"
 #include "engine/volume/grid.h"
 
 // Input and output of the decoder of a file format. Decoders run in the child process
@@ -108,6 +109,7 @@ struct Decoded {
     std::string modality;
     std::vector<std::string> warnings; // sentences, which name the file where there are several
     std::vector<std::string> notes;
+    std::vector<SeriesInfo> series;      // DICOM: all of them, where a list is of use
     std::vector<LabelName> labels;       // names and colours of labels
     bool heeded_resample_slices = false; // in the child: the request was acted upon or answered
 };

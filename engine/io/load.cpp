@@ -53,6 +53,14 @@ Result<LoadedVolume> load_volume(const std::filesystem::path& path, const ReadOp
     return loaded;
 }
 
+std::vector<std::string> all_notes(const LoadedVolume& loaded) {
+    std::vector<std::string> all;
+    for (const SeriesInfo& series : loaded.series)
+        all.push_back(series_line(series));
+    all.insert(all.end(), loaded.notes.begin(), loaded.notes.end());
+    return all;
+}
+
 Result<LoadedVolume> load_labels(const std::filesystem::path& path, const ReadOptions& options) {
     return load(path, options, io::VolumeKind::labels);
 }

@@ -273,7 +273,7 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
             type, [&](auto to) { return build<decltype(to)>(decoded.grid, source, round); });
         LoadedVolume loaded{
             std::move(volume), decoded.warnings, decoded.notes, decoded.modality, {},
-            decoded.labels,    decoded.inverted};
+            decoded.labels,    decoded.inverted, decoded.series};
         add_warnings(name, survey, type, claim.components, samples, loaded.warnings);
         if (survey.padding > 0)
             loaded.notes.push_back(fmt::format("{}: {} of {} samples are padding: no data", name,

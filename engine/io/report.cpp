@@ -76,6 +76,16 @@ Decoded decoded_from(const JsonValue& in) {
     decoded.modality = in.at("modality").text();
     decoded.warnings = texts(in.at("warnings"));
     decoded.notes = texts(in.at("notes"));
+    for (const JsonValue& entry : list(in.at("series"))) {
+        SeriesInfo& series = decoded.series.emplace_back();
+        series.number = entry.at("number").whole_number(1, ~0u);
+        series.count = entry.at("count").whole_number(1, ~0u);
+        series.modality = entry.at("modality").text();
+        series.description = entry.at("description").text();
+        series.content = entry.at("content").text();
+        series.uid = entry.at("uid").text();
+        series.is_read = entry.at("is_read").boolean();
+    }
     for (const JsonValue& entry : list(in.at("labels"))) {
         LabelName& label = decoded.labels.emplace_back();
         label.label = entry.at("label").whole_number(0, ~0u);
@@ -116,6 +126,15 @@ std::string decoded_report(const Decoded& decoded) {
     Json padding = Json::array();
     for (const StoredRange& entry : decoded.padding)
         padding.push_back(Json::array({bits(entry.low), bits(entry.high)}));
+    Json all_series = Json::array();
+    for (const SeriesInfo& series : decoded.series)
+        all_series.push_back(Json{{"number", series.number},
+                                  {"count", series.count},
+                                  {"modality", series.modality},
+                                  {"description", series.description},
+                                  {"content", series.content},
+                                  {"uid", series.uid},
+                                  {"is_read", series.is_read}});
     Json labels = Json::array();
     for (const LabelName& label : decoded.labels) {
         Json entry{{"label", label.label}, {"name", label.name}};
@@ -132,6 +151,7 @@ std::string decoded_report(const Decoded& decoded) {
                         {"modality", decoded.modality},
                         {"warnings", decoded.warnings},
                         {"notes", decoded.notes},
+                        {"series", all_series},
                         {"labels", labels}}}});
 }
 

@@ -43,7 +43,8 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
                       {},
                       volume.coarser,
                       volume.labels,
-                      volume.inverted};
+                      volume.inverted,
+                      volume.series};
     keep_messages(scene, volume);
     ReadOptions other_options = options;
     other_options.frame.reset();
@@ -55,6 +56,8 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
             return std::vector<LabelName>{};
         PALPATE_TRY(LoadedVolume other, load_named(file, name, labels, other_options));
         keep_messages(scene, other);
+        scene.other_series.insert(scene.other_series.end(), other.series.begin(),
+                                  other.series.end());
         into = std::move(other.volume);
         return std::move(other.labels);
     };
@@ -64,6 +67,15 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
     PALPATE_TRY(load_other(file.fused, false, scene.data.fused));
     PALPATE_TRY(load_other(file.overlay, true, scene.data.overlay));
     return scene;
+}
+
+std::vector<std::string> all_notes(const LoadedScene& loaded) {
+    std::vector<std::string> all;
+    for (const auto* list : {&loaded.series, &loaded.other_series})
+        for (const SeriesInfo& series : *list)
+            all.push_back(series_line(series));
+    all.insert(all.end(), loaded.notes.begin(), loaded.notes.end());
+    return all;
 }
 
 void color_labels(const std::vector<LabelName>& names, SceneFile& file) {

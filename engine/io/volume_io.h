@@ -11,6 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
 #include "engine/io/label_names.h"
+#include "engine/io/series_info.h"
 #include "engine/volume/volume.h"
 
 namespace palpate {
@@ -51,12 +52,15 @@ struct ReadOptions {
 struct LoadedVolume {
     Volume volume;
     std::vector<std::string> warnings; // sentences: what was assumed, lost or odd
-    std::vector<std::string> notes;    // sentences: the list of DICOM series found, and the like
+    std::vector<std::string> notes;    // sentences: how frames were ordered, and the like
     std::string modality;              // as DICOM names it: "CT", "MR"; empty where unknown
     std::vector<Volume> coarser;       // of a brick file: levels 1, 2, .., each half as fine
     std::vector<LabelName> labels;     // of a label map that names them, such as a DICOM SEG
     bool inverted = false;             // small values are meant to be bright (DICOM's MONOCHROME1)
+    std::vector<SeriesInfo> series{};  // of a DICOM folder
 };
+// A line for each series, and the notes.
+std::vector<std::string> all_notes(const LoadedVolume& loaded);
 
 // Reads a volume: a file, a folder (DICOM series, also in folders below it, or slices) or a slice
 // pattern ("ct_%03d.png", "ct_*.png").

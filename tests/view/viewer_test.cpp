@@ -253,8 +253,8 @@ TEST_F(ViewerTest, SeriesOfAFolderHavePictures) {
                 open_synthetic("synthetic:ball?size=24").loaded.data.volume, {}, {}, "", {}, {}};
         });
     Source source{open_synthetic("synthetic:ball?size=24")};
-    source.scene.loaded.notes = {"f: series 1 of 2: CT 'head', 9 images of 8 x 8, 1.2.3 (read)",
-                                 "f: series 2 of 2: CT 'leg', 7 images of 8 x 8, 1.2.4"};
+    source.scene.loaded.series = {{1, 2, "CT", "head", "9 images of 8 x 8", "1.2.3", true},
+                                  {2, 2, "CT", "leg", "7 images of 8 x 8", "1.2.4", false}};
     open_scene(std::move(source), {800, 600});
     click_widget("tab/file");
     EXPECT_EQ(read, 0); // the chooser is closed
@@ -281,9 +281,8 @@ TEST_F(ViewerTest, SeriesOfAFolderHavePictures) {
 TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
     const auto shot = [&](const std::string& description, bool hidden, const char* list) {
         Source source{open_synthetic("synthetic:ball?size=24")};
-        source.scene.loaded.notes = {
-            "f: series 1 of 2: CT '" + description + "', 9 images of 8 x 8 axial, 1.2.3 (read)",
-            "f: series 2 of 2: CT 'leg', 7 images of 8 x 8 axial, 1.2.4"};
+        source.scene.loaded.series = {{1, 2, "CT", description, "9 images of 8 x 8", "1.2.3", true},
+                                      {2, 2, "CT", "leg", "7 images of 8 x 8", "1.2.4", false}};
         open_scene(std::move(source), {800, 600});
         click_widget("tab/file");
         if (hidden)
@@ -296,7 +295,9 @@ TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
         EXPECT_EQ(shot("Doe, John", true, list), shot("o' brain', 2 images of", true, list));
         EXPECT_NE(shot("Doe, John", false, list), shot("o' brain', 2 images of", false, list));
     }
-    EXPECT_EQ(viewer().work().series()[0].nameless, "CT, 9 images of 8 x 8 axial");
+    const SeriesInfo& first = viewer().work().series()[0];
+    EXPECT_EQ(series_text(first, false), "CT 'o' brain', 2 images of', 9 images of 8 x 8");
+    EXPECT_EQ(series_text(first, true), "CT, 9 images of 8 x 8");
 }
 
 TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
@@ -307,9 +308,7 @@ TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
         open_scene(std::move(source), {800, 600});
         return viewer().interface().message();
     };
-    const std::string list = "f: series 1 of 1: CT 'head', 9 images of 8 x 8, 1.2.3 (read)";
-    EXPECT_EQ(told({}, {list}), "");
-    EXPECT_EQ(told({"f/no_meta.dcm: is passed over"}, {list, "f: 3 files are no DICOM"}),
+    EXPECT_EQ(told({"f/no_meta.dcm: is passed over"}, {"f: 3 files are no DICOM"}),
               "f/no_meta.dcm: is passed over; f: 3 files are no DICOM");
     // Names of other files of the folder may tell who the patient is.
     EXPECT_EQ(viewer().work().saving().without_names(viewer().interface().message()),

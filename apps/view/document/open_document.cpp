@@ -27,7 +27,6 @@ OpenDocument::OpenDocument(Source& source, glm::uvec2 window_px, double text_sca
       loaded_(source.scene.loaded),
       unit_(value_unit(loaded_)),
       zero_hu_(palpate::zero_hu(loaded_)),
-      series_(series_in(loaded_.notes)),
       steps_file_(source.steps ? StepsFile(source.steps->path, source.steps->recovered)
                                : StepsFile()),
       session_(setup_of(source, threaded)),

@@ -10,21 +10,11 @@
 
 namespace palpate::view {
 
-// A series of a DICOM folder.
-struct SeriesLine {
-    uint32_t number = 0;  // from 1, as --series takes it
-    std::string text;     // "CT 'head', 30 images of 512 x 512 axial"
-    std::string nameless; // the same without the description, which may hold a patient's name
-    bool is_open = false;
+// "CT 'head', 30 images of 512 x 512 axial"; without the description where names are hidden.
+std::string series_text(const SeriesInfo& series, bool names_hidden);
 
-    const std::string& shown(bool names_hidden) const { return names_hidden ? nameless : text; }
-};
-// Those that the reader's messages list: "series 1 of 3: CT 'head', 30 images of .., UID (read)".
-std::vector<SeriesLine> series_in(const std::vector<std::string>& notes);
-
-// The readers' notes as one message, without the lists of series: warnings first. If they are long,
-// the first sentences, and how many more there are on standard error. The volume's path is replaced
-// by its title, if it has one.
+// The readers' notes as one message: warnings first. If they are long, the first sentences, and how
+// many more there are on standard error. The volume's path is replaced by its title, if it has one.
 std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title);
 
 // The document that is open: its session, its file, its volumes and notes as they are now, and the
@@ -50,7 +40,7 @@ class OpenDocument {
     const std::string& title() const { return title_; }      // the file's or the project's name
     void set_title(std::string title) { title_ = std::move(title); }
     const LoadedScene& loaded() const { return loaded_; }
-    const std::vector<SeriesLine>& series() const { return series_; }
+    const std::vector<SeriesInfo>& series() const { return loaded_.series; }
     const std::string& unit() const { return unit_; } // of the values
     double zero_hu() const { return zero_hu_; }       // the value that stands for 0 HU in a CT
 
@@ -100,7 +90,6 @@ class OpenDocument {
     LoadedScene loaded_;
     std::string unit_;
     double zero_hu_;
-    std::vector<SeriesLine> series_;
     StepsFile steps_file_; // outlives the session
     Session session_;
     NotesLink notes_;

@@ -1,7 +1,6 @@
 // Numbers about the document, and notes that are kept with it.
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <span>
 
@@ -44,35 +43,16 @@ std::string without_name(std::string text, const std::string& name, const std::s
     return text;
 }
 
-std::vector<SeriesLine> series_in(const std::vector<std::string>& notes) {
-    std::vector<SeriesLine> all;
-    for (const std::string& note : notes) {
-        const size_t at = note.find("series ");
-        unsigned number = 0, count = 0;
-        int length = 0;
-        if (at == note.npos ||
-            std::sscanf(note.c_str() + at, "series %u of %u: %n", &number, &count, &length) < 2 ||
-            length == 0)
-            continue;
-        std::string text = note.substr(at + static_cast<size_t>(length));
-        const bool is_open = text.ends_with(" (read)");
-        text.resize(std::min(text.rfind(", "), text.size())); // without the UID
-        // The description stands between quotation marks, and may hold others.
-        std::string nameless = text;
-        const size_t begin = text.find(" '"), end = text.rfind("', ");
-        if (begin != text.npos && end != text.npos && begin < end)
-            nameless.erase(begin, end + 1 - begin);
-        all.push_back({number, std::move(text), std::move(nameless), is_open});
-    }
-    return all;
+std::string series_text(const SeriesInfo& series, bool names_hidden) {
+    const std::string description = fmt::format(" '{}'", series.description);
+    return fmt::format("{}{}, {}", series.modality, names_hidden ? "" : description,
+                       series.content);
 }
 
 std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title) {
     constexpr size_t kMostLetters = 300;
     std::vector<std::string> all = loaded.warnings;
-    for (const std::string& note : loaded.notes)
-        if (series_in({note}).empty())
-            all.push_back(note);
+    all.insert(all.end(), loaded.notes.begin(), loaded.notes.end());
     std::string said;
     for (size_t i = 0; i < all.size(); ++i) {
         const std::string one = title.empty() ? all[i] : without_name(all[i], path, title);

@@ -8,7 +8,7 @@
 namespace palpate::view {
 
 void draw_series_list(Widgets& ui, ViewState& state, Work& work) {
-    const std::vector<SeriesLine>& series = work.series();
+    const std::vector<SeriesInfo>& series = work.series();
     if (series.size() < 2)
         return;
     ImGui::Separator();
@@ -17,9 +17,9 @@ void draw_series_list(Widgets& ui, ViewState& state, Work& work) {
     if (ImGui::SmallButton("pictures"))
         state.series_open = true;
     ui.note("file/pictures");
-    for (const SeriesLine& line : series) {
+    for (const SeriesInfo& line : series) {
         ImGui::PushID(static_cast<int>(line.number));
-        if (ImGui::Selectable(wrapped(line.shown(state.names_hidden)).c_str(), line.is_open))
+        if (ImGui::Selectable(wrapped(series_text(line, state.names_hidden)).c_str(), line.is_read))
             ui.order(order::Open{work.path(), std::to_string(line.number)});
         ui.note(fmt::format("file/series/{}", line.number));
         ImGui::PopID();
@@ -31,7 +31,7 @@ void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState&
                          Work& work) {
     if (!state.series_open)
         return;
-    const std::vector<SeriesLine>& series = work.series();
+    const std::vector<SeriesInfo>& series = work.series();
     const auto scale = static_cast<float>(state.text_scale);
     const ImVec2 window(static_cast<float>(state.size_px.x), static_cast<float>(state.size_px.y));
     ImGui::SetNextWindowSize(ImVec2(std::min(0.8f * window.x, 560.0f * scale), 0.8f * window.y));
@@ -40,7 +40,7 @@ void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState&
     for (size_t i = 0; i < series.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
         const ImVec2 at = ImGui::GetCursorPos();
-        if (ImGui::Selectable("##series", series[i].is_open, 0, ImVec2(0.0f, side)))
+        if (ImGui::Selectable("##series", series[i].is_read, 0, ImVec2(0.0f, side)))
             ui.order(order::Open{work.path(), std::to_string(series[i].number)});
         ui.note(fmt::format("series/{}", series[i].number));
         const ImVec2 next = ImGui::GetCursorPos();
@@ -64,8 +64,8 @@ void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState&
         }
         ImGui::SameLine();
         ImGui::BeginGroup();
-        ImGui::TextUnformatted(wrapped(series[i].shown(state.names_hidden)).c_str());
-        if (series[i].is_open)
+        ImGui::TextUnformatted(wrapped(series_text(series[i], state.names_hidden)).c_str());
+        if (series[i].is_read)
             ImGui::TextDisabled("open");
         ImGui::EndGroup();
         ImGui::SetCursorPos(next);

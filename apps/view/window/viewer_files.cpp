@@ -76,8 +76,9 @@ void Viewer::open_beside(const std::string& path, bool labels) {
         PALPATE_TRY(LoadedVolume opened, open(path, labels, stop, progress));
         if (labels && !(opened.volume.range().max > 0.0f))
             return fail("{}: expected labels, found a map of zeros", path);
-        for (const std::string& note : std::exchange(opened.notes, {}))
+        for (const std::string& note : all_notes(opened))
             log::info("{}", note);
+        opened.notes.clear();
         if (labels)
             return on_grid(std::move(opened), grid, stop);
         if (const std::string apart = apart_text(path, opened.volume.grid(), grid); !apart.empty())
@@ -143,8 +144,8 @@ void Viewer::follow_previews() {
         previews_.reset();
     } else if (!previews_) {
         std::vector<uint32_t> numbers;
-        for (const SeriesLine& line : work_->series())
-            numbers.push_back(line.number);
+        for (const SeriesInfo& series : work_->series())
+            numbers.push_back(series.number);
         previews_ = std::make_unique<SeriesPreviews>(options_.preview, work_->path(), numbers,
                                                      options_.threaded);
     }

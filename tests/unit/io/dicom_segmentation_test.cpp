@@ -286,8 +286,11 @@ TEST_P(Segmentation, BesideACtIsListedAndChosen) {
     ASSERT_TRUE(ct) << ct.error().message;
     EXPECT_EQ(ct->volume.size(), glm::uvec3(8, 4, 3));
     EXPECT_THAT(ct->warnings, IsEmpty());
-    EXPECT_THAT(ct->notes, Contains(AllOf(HasSubstr("series 2 of 2: SEG 'organs'"),
-                                          HasSubstr("segmentation, 1 image of 5 x 3"))));
+    ASSERT_EQ(ct->series.size(), 2u);
+    EXPECT_TRUE(ct->series[0].is_read);
+    EXPECT_EQ(ct->series[1].modality, "SEG");
+    EXPECT_EQ(ct->series[1].description, "organs");
+    EXPECT_THAT(ct->series[1].content, HasSubstr("segmentation, 1 image of 5 x 3"));
     const auto seg = load_labels(folder.path(), {.series = "organs"});
     ASSERT_TRUE(seg) << seg.error().message;
     EXPECT_EQ(slice(seg->volume, 0), all(1));

@@ -1,0 +1,13 @@
+#include "engine/io/series_info.h"
+
+#include <fmt/format.h>
+
+namespace palpate {
+
+std::string series_line(const SeriesInfo& series) {
+    return fmt::format("series {} of {}: {} '{}', {}, {}{}", series.number, series.count,
+                       series.modality, series.description, series.content, series.uid,
+                       series.is_read ? " (read)" : "");
+}
+
+} // namespace palpate
