@@ -18,9 +18,14 @@ std::span<const Setting<Struct>> of_one_option(std::span<const Setting<Struct>> 
     return rest.first(count);
 }
 
-// `to` holds the defaults, gets what is given, and lives as long as the table and `app`.
+// Tells people who takes a bit of SettingUse::of.
+using ReadersText = std::string (*)(uint32_t of);
+
+// `to` holds the defaults, gets what is given, and lives as long as the table and `app`. `readers`
+// is for tables that say who reads a setting.
 template <class Struct>
-void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> settings) {
+void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> settings,
+                  ReadersText readers = nullptr) {
     while (!settings.empty()) {
         const auto rows = of_one_option(settings);
         settings = settings.subspan(rows.size());
@@ -30,8 +35,8 @@ void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> se
         std::string help, remarks = first.unit;
         for (const Setting<Struct>& row : rows)
             help += fmt::format("{}{}", help.empty() ? "" : "; after a comma: ", row.help);
-        if (const std::string of = readers_text(rows.back()); !of.empty())
-            remarks += fmt::format("{}of {}", remarks.empty() ? "" : "; ", of);
+        if (const uint32_t of = rows.back().use.of)
+            remarks += fmt::format("{}of {}", remarks.empty() ? "" : "; ", readers(of));
         if (*first.use.by_default)
             remarks +=
                 fmt::format("{}default: {}", remarks.empty() ? "" : "; ", first.use.by_default);
@@ -68,21 +73,22 @@ void take_given(const CLI::App& app, const Struct& from, Struct& to,
             set(setting, to, value_of(setting, from));
 }
 
-// The options that `reader` has no use for, "none" for none of them.
+// The options that a reader who takes these bits has no use for; 0: it reads nothing, and
+// `why_none` tells why.
 template <class Struct>
-std::vector<IdleOptions> idle_settings(std::span<const Setting<Struct>> settings,
-                                       std::string_view reader) {
+std::vector<IdleOptions> idle_settings(std::span<const Setting<Struct>> settings, uint32_t takes,
+                                       ReadersText readers, const char* why_none) {
     std::vector<IdleOptions> idle;
     while (!settings.empty()) {
         const auto rows = of_one_option(settings);
         settings = settings.subspan(rows.size());
         const bool is_read = std::any_of(rows.begin(), rows.end(),
-                                         [&](const auto& row) { return is_read_by(row, reader); });
-        if (*rows.front().use.option && (reader == "none" || !is_read))
-            idle.push_back({true,
-                            {fmt::format("--{}", rows.front().use.option)},
-                            reader == "none" ? "with --algorithm none"
-                                             : fmt::format("of {}", readers_text(rows.back()))});
+                                         [&](const auto& row) { return is_read_by(row, takes); });
+        if (*rows.front().use.option && (takes == 0 || !is_read))
+            idle.push_back(
+                {true,
+                 {fmt::format("--{}", rows.front().use.option)},
+                 takes == 0 ? why_none : fmt::format("of {}", readers(rows.back().use.of))});
     }
     return idle;
 }

@@ -281,7 +281,8 @@ Command add_touch(CLI::App& app) {
                    "Device by its name or number among those of `palpate devices`")
         ->check(device_name())
         ->capture_default_str();
-    add_settings<TouchParameters>(app, o->parameters, haptics::kTouchSettings);
+    add_settings<TouchParameters>(app, o->parameters, haptics::kTouchSettings,
+                                  haptics::takers_text);
     add_settings<TouchRunSettings>(app, o->run, kRunSettings);
     add_feel_options(app, o->feel);
     app.add_flag("--real-time", o->real_time,

@@ -308,17 +308,15 @@ Result<void> check_together(const FeelOptions& o, const std::string& algorithm) 
     if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
         return fail("--label-feel: expected at most {}, found {}",
                     haptics::TouchParameters::kMostLabels, o.label_feel.size());
-    PALPATE_TRY(check_guide_felt(o.guide, *haptics::find_algorithm(algorithm)));
+    const haptics::AlgorithmEntry& entry = *haptics::find_algorithm(algorithm);
+    PALPATE_TRY(check_guide_felt(o.guide, entry));
     if (!o.edit.empty() && o.tool.empty())
         return fail("--edit: needs a --tool");
     if (!o.second_edit.empty() && o.edit.empty() && o.drill_mm == 0.0)
         return fail("--second-edit: needs an --edit or a --drill of the first button");
-    if (!o.label_feel.empty() && !algorithm.starts_with("swept-") && algorithm != "none")
-        return fail(
-            "--label-feel: {} feels all labels alike; expected --algorithm swept-point, "
-            "swept-tool, "
-            "swept-local or swept-mesh",
-            algorithm);
+    if (!o.label_feel.empty() && entry.feels() && !entry.takes(haptics::kTakesLabels))
+        return fail("--label-feel: {} feels all labels alike; expected --algorithm {}", algorithm,
+                    haptics::takers_text(haptics::kTakesLabels));
     if ((!o.edit.empty() || o.drill_mm > 0.0) && !o.mesh.empty())
         return fail(
             "--edit: changes the volume, and swept-mesh feels the mesh of --mesh; leave out --mesh "
@@ -329,7 +327,6 @@ Result<void> check_together(const FeelOptions& o, const std::string& algorithm) 
 Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                        haptics::TouchParameters parameters,
                        const haptics::AlgorithmEntry& algorithm, std::stop_token stop) {
-    const std::string_view name = algorithm.name;
     Feel feel = felt_by_default(loaded);
     feel.parameters = std::move(parameters);
     PALPATE_TRY(feel.edit, read_edit({"--edit", o.edit, o.tool, o.drill_mm}, feel));
@@ -388,15 +385,16 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     if (!o.guide.empty()) {
         PALPATE_TRY(feel.scene.field[0], load_guide(o.guide, feel, stop));
     }
-    if (name == "swept-tool" && !o.felt_tool.empty()) {
+    if (algorithm.takes(haptics::kTakesTool) && !o.felt_tool.empty()) {
         PALPATE_TRY(const Said<Tool> tool, read_touch_tool(o.felt_tool));
         feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
             haptics::sample_tool(*tool.value.shape, feel.parameters.tool_samples));
     }
-    if (name == "swept-mesh" && !o.mesh.empty()) {
+    const bool takes_mesh = algorithm.takes(haptics::kTakesMesh);
+    if (takes_mesh && !o.mesh.empty()) {
         PALPATE_TRY(LoadedMesh mesh, load_mesh(o.mesh));
         add_felt_mesh(feel, std::make_shared<const Mesh>(std::move(mesh.mesh)));
-    } else if (name == "swept-mesh") {
+    } else if (takes_mesh) {
         add_felt_mesh(feel);
     }
     return feel;

@@ -32,7 +32,7 @@ inline bool edits(const TouchOptions& o) {
 
 // Its distance from the surface begins to remove material, and no button.
 inline bool drills_by_itself(const TouchOptions& o) {
-    return o.algorithm == "drill-three-step";
+    return haptics::find_algorithm(o.algorithm)->takes(haptics::kTakesDrill);
 }
 
 inline TouchedStrokes strokes_of(const TouchOptions& o) {

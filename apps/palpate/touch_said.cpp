@@ -15,7 +15,7 @@ namespace {
 std::string sample_gap_text(const TouchOptions& o) {
     constexpr double kSphere = 12.566370614359172; // area over radius^2
     if (o.parameters.tool_radius_mm == 0.0 ||
-        !(o.algorithm == "swept-tool" || o.algorithm == "vidholm-2004"))
+        !haptics::find_algorithm(o.algorithm)->takes(haptics::kTakesSamples))
         return {};
     return fmt::format(
         "; the {} --samples of a --radius of {:g} mm lie about {:.2g} mm apart, and "
@@ -29,36 +29,41 @@ std::string sample_gap_text(const TouchOptions& o) {
 void warn_of_idle_options(const CLI::App& app, const TouchOptions& o,
                           const haptics::AlgorithmEntry& algorithm, haptics::TouchSource source,
                           const haptics::DeviceEntry& device) {
-    const std::string_view name = algorithm.name;
-    const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
-               has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
-    std::vector<IdleOptions> idle =
-        idle_settings<haptics::TouchParameters>(haptics::kTouchSettings, name);
+    using namespace haptics; // Takes
+    const auto lacks = [&](Takes what, std::vector<std::string> options) {
+        return IdleOptions{!algorithm.takes(what), std::move(options),
+                           fmt::format("of {}", takers_text(what))};
+    };
+    std::vector<IdleOptions> idle = idle_settings<TouchParameters>(
+        kTouchSettings, algorithm.bits, takers_text, "with --algorithm none");
     idle.insert(
         idle.end(),
         {{o.motion.live, {"--real-time"}, "--live runs on the wall clock"},
-         {!name.starts_with("wish-2008-"), {"--transfer", "--transfer-across"}, "of wish-2008-*"},
-         {name != "wish-2008-vector", {"--field"}, "of wish-2008-vector"},
-         {!has_window, {"--opacity"}, "of koerner-1999, swept-local and swept-mesh"},
-         {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
-         {!is_tool, {"--felt-tool"}, "of swept-tool"},
+         lacks(kTakesTransfer, {"--transfer", "--transfer-across"}),
+         lacks(kTakesField, {"--field"}),
+         lacks(kTakesOpacity, {"--opacity"}),
+         lacks(kTakesMesh, {"--mesh"}),
+         lacks(kTakesTool, {"--felt-tool"}),
          {!edits(o), {"--tool"}, "without --edit and --drill"},
          {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
          {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
          {!o.motion.trajectory.empty() && !drills_by_itself(o),
           {"--edit", "--drill"},
           "a trajectory presses no button"},
-         {name == "none", {"--source"}, "with --algorithm none"},
-         {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
+         {!algorithm.feels(), {"--source"}, "with --algorithm none"},
+         {algorithm.feels() && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
          {!edits(o), {"--sound"}, "nothing is removed without an edit"},
          {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
          {algorithm.is_guide, {"--iso", "--source", "--label-feel"}, "with --guide"},
          {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
          {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
-         {is_sphere && o.feel.felt_tool.empty() && o.parameters.tool_radius_mm == 0.0,
+         {algorithm.takes(kTakesSamples) && o.feel.felt_tool.empty() &&
+              o.parameters.tool_radius_mm == 0.0,
           {"--samples"},
           "a --radius of 0 is a point"},
-         {!o.feel.felt_tool.empty() && is_tool, {"--radius"}, "with --felt-tool"},
+         {!o.feel.felt_tool.empty() && algorithm.takes(kTakesTool),
+          {"--radius"},
+          "with --felt-tool"},
          {device.driver != std::string_view("simulated"),
           {"--grip", "--delay"},
           "of simulated devices"}});
@@ -71,9 +76,10 @@ void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o
         log::warning(
             "force began {:.3f} s into the path: the soft start waited until the hand was free",
             s.began_s);
-    if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || o.algorithm == "none")
+    const haptics::AlgorithmEntry& algorithm = *haptics::find_algorithm(o.algorithm);
+    if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || !algorithm.feels())
         return;
-    if (o.algorithm.starts_with("wish-2008-") && o.feel.transfer.empty() &&
+    if (algorithm.takes(haptics::kTakesTransfer) && o.feel.transfer.empty() &&
         o.feel.transfer_across.empty())
         log::warning("nothing was felt: --transfer is 0");
     else if (s.contact_ticks == 0)

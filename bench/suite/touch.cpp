@@ -25,9 +25,8 @@ Json tick_times(const TouchPlan& plan, const TouchParts& parts) {
     const touch::Scene scene = touch::make_scene(body, {.noise = 0.02});
     for (const haptics::AlgorithmEntry& entry : parts.algorithms)
         for (const uint32_t samples : {340u, 2000u}) {
-            const std::string_view name = entry.name;
-            const bool sampled = name == "swept-tool" || name == "vidholm-2004";
-            if (name == "swept-mesh" || (!sampled && samples != 340))
+            const bool sampled = entry.takes(haptics::kTakesSamples);
+            if (entry.takes(haptics::kTakesMesh) || (!sampled && samples != 340))
                 continue; // a mesh costs what it is made of
             haptics::TouchParameters parameters = touch_parameters(scene);
             parameters.tool_samples = samples;

@@ -30,6 +30,7 @@ struct TouchParts {
     std::vector<haptics::AlgorithmEntry> algorithms; // of all parts but z_width
 
     bool has(std::string_view algorithm) const;
+    bool takes(haptics::Takes what) const;  // one of the algorithms
     std::vector<std::string> names() const; // as --only takes them
 };
 // All of it where --only names nothing. Where it names no algorithm all of them are run, and where

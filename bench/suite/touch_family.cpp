@@ -156,7 +156,7 @@ Result<Json> touch_family(const TouchParts& parts, bool held, uint64_t seeds,
         touch::Scene& scene = made.scene;
         haptics::TouchParameters parameters = touch::scene_parameters(scene);
         tune(parameters, *scene.touch.grey);
-        if (parts.has("swept-mesh"))
+        if (parts.takes(haptics::kTakesMesh))
             scene.touch.touch_mesh = haptics::make_touch_mesh(
                 std::make_shared<Mesh>(haptics::touch_surface(*scene.touch.grey, parameters)),
                 0.5 * std::cbrt(scene.storage.spacing_mm.x * scene.storage.spacing_mm.y *
@@ -166,7 +166,7 @@ Result<Json> touch_family(const TouchParts& parts, bool held, uint64_t seeds,
             if (of_class == totals.end())
                 continue;
             haptics::TouchParameters own = parameters;
-            if (std::string_view(entry.name) == "swept-tool")
+            if (entry.takes(haptics::kTakesSamples))
                 own.tool_radius_mm = 1.5 * touch::voxel_mm(scene.storage);
             for (const touch::FamilyHand& hand : touch::family_hands(scene.body, seed)) {
                 touch::Figures figures;

@@ -140,8 +140,9 @@ Json touch_metrics(const AllTotals& totals, const Json& times, const Json& laws,
         Json row{{"metric", what}, {"gate", gate}, {"figures", Json::object()}};
         for (const std::string_view name : kRepaired) {
             Json figure = total_of(totals, name.data(), key);
-            for (const Json& of : {row_of(laws, name.data()),
-                                   row_of(times, name.data(), name == "swept-tool" ? 340 : 0)})
+            const bool has_samples = haptics::find_algorithm(name)->takes(haptics::kTakesSamples);
+            for (const Json& of :
+                 {row_of(laws, name.data()), row_of(times, name.data(), has_samples ? 340 : 0)})
                 if (of.contains(key))
                     figure = of[key];
             Json cell{{"figure", figure}};

@@ -27,6 +27,11 @@ constexpr std::array kParts{
 
 } // namespace
 
+bool TouchParts::takes(haptics::Takes what) const {
+    return std::any_of(algorithms.begin(), algorithms.end(),
+                       [&](const haptics::AlgorithmEntry& entry) { return entry.takes(what); });
+}
+
 bool TouchParts::has(std::string_view algorithm) const {
     return std::any_of(algorithms.begin(), algorithms.end(),
                        [&](const haptics::AlgorithmEntry& one) { return one.name == algorithm; });
@@ -43,7 +48,7 @@ std::vector<std::string> TouchParts::names() const {
 Result<TouchParts> touch_parts(const std::vector<std::string>& only) {
     std::vector<haptics::AlgorithmEntry> everybody; // but those that hold out of nothing
     for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
-        if (entry.name != std::string_view("none") && !entry.is_guide)
+        if (entry.feels() && !entry.is_guide)
             everybody.push_back(entry);
     const auto is_named = [&](const char* name) {
         return std::find(only.begin(), only.end(), name) != only.end();

@@ -52,7 +52,7 @@ Result<void> visit_scene(touch::Scene scene, const TouchParts& parts, const std:
                          const Visit& visit) {
     if (!scene.stages.empty())
         scene.touch = scene.stages.front().touch;
-    if (parts.has("swept-mesh")) {
+    if (parts.takes(haptics::kTakesMesh)) {
         const haptics::TouchParameters parameters = touch_parameters(scene);
         for (touch::Scene::Stage& stage : scene.stages)
             add_mesh(stage.touch, scene, parameters);
@@ -151,9 +151,8 @@ haptics::TouchParameters touch_parameters(const touch::Scene& scene) {
 haptics::TouchParameters parameters_of(const haptics::AlgorithmEntry& entry,
                                        const touch::Scene& scene,
                                        const haptics::TouchParameters& shared) {
-    const std::string_view name = entry.name;
     haptics::TouchParameters parameters = shared;
-    if (name == "swept-tool" || name == "vidholm-2004")
+    if (entry.takes(haptics::kTakesSamples))
         parameters.tool_radius_mm = 1.5 * touch::voxel_mm(scene.storage);
     return parameters;
 }
@@ -166,7 +165,7 @@ std::string why_empty(const haptics::AlgorithmEntry& entry, const touch::Scene& 
         return body.why_not;
     if (!by.empty() && std::find(by.begin(), by.end(), entry.name) == by.end())
         return body.why_not;
-    if (labels && std::string_view(entry.name).starts_with("wish"))
+    if (labels && entry.takes(haptics::kTakesTransfer))
         return "its frame is the gradient of grey values";
     return {};
 }

@@ -41,9 +41,8 @@ void move_to(Path& path, dvec3 to, size_t ticks) {
 
 Laws laws_of(const haptics::AlgorithmEntry& entry) {
     const Scene scene = law_scene();
-    const std::string_view name = entry.name;
-    const bool sampled = name == "swept-tool" || name == "vidholm-2004";
-    const double radius_mm = sampled ? 1.5 * voxel_mm(scene.storage) : 0.0;
+    const double radius_mm =
+        entry.takes(haptics::kTakesSamples) ? 1.5 * voxel_mm(scene.storage) : 0.0;
     const dvec3 on = scene.body.touch_mm + radius_mm * scene.body.normal;
     haptics::TouchParameters parameters = scene_parameters(scene);
     haptics::tune(parameters, *scene.touch.grey);

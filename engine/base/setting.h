@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -39,8 +38,7 @@ struct SettingUse {
     const char* option = "";
     const char* keyword = "";    // of Python; empty: the option's name
     const char* by_default = ""; // in words where the data decide; empty: the struct's value
-    // Who reads it: names, or beginnings and *; none: everybody.
-    std::array<std::string_view, 5> of{};
+    uint32_t of = 0;             // a bit, set for the readers that take it; 0: all do
     Slew slew = Slew::none;
     Slider slider{};
 };
@@ -85,25 +83,10 @@ std::string range_text(const Setting<Struct>& setting) {
                        setting.least, setting.most, *setting.unit ? " " : "", setting.unit);
 }
 
+// `takes` are the bits of a reader.
 template <class Struct>
-bool is_read_by(const Setting<Struct>& setting, std::string_view name) {
-    if (setting.use.of[0].empty())
-        return true;
-    for (const std::string_view one : setting.use.of)
-        if (!one.empty() &&
-            (one.back() == '*' ? name.starts_with(one.substr(0, one.size() - 1)) : name == one))
-            return true;
-    return false;
-}
-// "a, b and c*"; empty where everybody reads it.
-template <class Struct>
-std::string readers_text(const Setting<Struct>& setting) {
-    std::string text;
-    for (size_t i = 0; i < setting.use.of.size() && !setting.use.of[i].empty(); ++i) {
-        const bool is_last = i + 1 == setting.use.of.size() || setting.use.of[i + 1].empty();
-        text += fmt::format("{}{}", i == 0 ? "" : is_last ? " and " : ", ", setting.use.of[i]);
-    }
-    return text;
+bool is_read_by(const Setting<Struct>& setting, uint32_t takes) {
+    return setting.use.of == 0 || (takes & setting.use.of) != 0;
 }
 
 template <class Struct>

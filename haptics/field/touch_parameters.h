@@ -74,6 +74,27 @@ struct TouchParameters {
     std::array<LabelTouch, kMostLabels> labels{};
 };
 
+// Parameters and parts of a scene that some algorithms read and others do not: a bit each.
+enum Takes : uint32_t {
+    kTakesSource = 1u << 0,   // grey values or labels, as TouchParameters::source says
+    kTakesLabels = 1u << 1,   // TouchParameters::labels
+    kTakesRadius = 1u << 2,   // of a ball
+    kTakesSamples = 1u << 3,  // of the ball's surface
+    kTakesTool = 1u << 4,     // TouchScene::tool
+    kTakesMesh = 1u << 5,     // TouchScene::touch_mesh
+    kTakesField = 1u << 6,    // TouchScene::field, as a vector field
+    kTakesFriction = 1u << 7, // the dynamic coefficient
+    kTakesStiction = 1u << 8, // the static coefficient
+    kTakesYield = 1u << 9,
+    kTakesDrag = 1u << 10, // inside of matter, and in the air
+    kTakesVibration = 1u << 11,
+    kTakesTransfer = 1u << 12, // along the first axis of the local frame
+    kTakesAcross = 1u << 13,   // along the other axes
+    kTakesOpacity = 1u << 14,
+    kTakesDelay = 1u << 15, // of a local surface
+    kTakesDrill = 1u << 16, // a depth at which drilling begins, and no button
+};
+
 // The numbers among the parameters; a new one needs a member, a row and its use.
 // clang-format off
 inline constexpr Setting<TouchParameters> kTouchSettings[] = {
@@ -83,7 +104,7 @@ inline constexpr Setting<TouchParameters> kTouchSettings[] = {
       .slew = Slew::straight}},
     {"tool_radius_mm", &TouchParameters::tool_radius_mm, 0, MostTouch::radius_mm, "mm",
      "Radius of the tool; 0 is a point",
-     {.option = "radius", .of = {"swept-tool", "vidholm-2004", "eriksson-2006*"},
+     {.option = "radius", .of = kTakesRadius,
       .slew = Slew::straight}},
     {"stiffness_n_per_m",
      &TouchParameters::stiffness_n_per_m, 0, MostTouch::stiffness_n_per_m, "N/m",
@@ -95,32 +116,32 @@ inline constexpr Setting<TouchParameters> kTouchSettings[] = {
      {.option = "damping", .slew = Slew::straight, .slider = {"damping", 20.0, 1}}},
     {"friction_static", &TouchParameters::friction_static, 0, MostTouch::friction, "",
      "Coulomb coefficient that holds a tool at rest; 0 is frictionless",
-     {.option = "friction", .of = {"swept-*"},
+     {.option = "friction", .of = kTakesStiction,
       .slew = Slew::straight, .slider = {"stiction", 1.5}}},
     {"friction_dynamic", &TouchParameters::friction_dynamic, 0, MostTouch::friction, "",
      "Coulomb coefficient of a tool that slides, at most the static one",
      {.option = "friction", .keyword = "friction_dynamic",
-      .of = {"swept-*", "vidholm-2004", "eriksson-2006*", "koerner-1999"},
+      .of = kTakesFriction,
       .slew = Slew::straight, .slider = {"friction", 1.5}}},
     {"yield_n", &TouchParameters::yield_n, 0, MostTouch::force_n, "N",
      "T0, the force above which material yields; 0 is never, also where a print's rule would "
      "make it no resistance",
-     {.option = "yield", .keyword = "yield_force", .of = {"swept-*", "guide-*", "vidholm-2004"},
+     {.option = "yield", .keyword = "yield_force", .of = kTakesYield,
       .slew = Slew::inverse, .slider = {"T0", 8.0}}},
     {"viscosity_n_s_per_m",
      &TouchParameters::viscosity_n_s_per_m, 0, MostTouch::damping_n_s_per_m, "N s/m",
      "Drag inside of what can be entered",
-     {.option = "viscosity", .of = {"swept-*"},
+     {.option = "viscosity", .of = kTakesDrag,
       .slew = Slew::straight, .slider = {"viscosity", 20.0, 1}}},
     {"air_drag_n_s_per_m",
      &TouchParameters::air_drag_n_s_per_m, 0, MostTouch::damping_n_s_per_m, "N s/m",
      "Drag wherever the tool is, which steadies a hand in free space, too",
-     {.option = "air-drag", .of = {"swept-*"},
+     {.option = "air-drag", .of = kTakesDrag,
       .slew = Slew::straight, .slider = {"air drag", 20.0, 1}}},
     {"vibration_n", &TouchParameters::vibration_n, 0, MostTouch::force_n, "N",
      "Amplitude of the vibration; it follows how much material the tool removes a second and how "
      "hard that is",
-     {.option = "vibration", .of = {"swept-*", "eriksson-2006*"},
+     {.option = "vibration", .of = kTakesVibration,
       .slew = Slew::straight, .slider = {"vibration", 1.0}}},
     {"normal_blur_samples", &TouchParameters::normal_blur_samples, 0, 1, "samples",
      "Blur of normals against noise: 1 for noise of 10 % of the contrast, 0.6 for 2 %, 0 for "
@@ -129,13 +150,13 @@ inline constexpr Setting<TouchParameters> kTouchSettings[] = {
      "How wide the edge is that the surface lies in; measured at the start"},
     {"surface_delay_s", &TouchParameters::surface_delay_s, 0, MostTouch::delay_s, "s",
      "Time until another thread has made the local surface",
-     {.option = "surface-delay", .of = {"koerner-1999"}, .slider = {"delay", 0.2, 3}}},
+     {.option = "surface-delay", .of = kTakesDelay, .slider = {"delay", 0.2, 3}}},
     {"drill_threshold_mm", &TouchParameters::drill_threshold_mm, 0, MostTouch::radius_mm, "mm",
      "Distance from the surface to the hand above which material is removed",
-     {.option = "drill-threshold", .of = {"drill-three-step"}, .slider = {"drag from", 10.0, 1}}},
+     {.option = "drill-threshold", .of = kTakesDrill, .slider = {"drag from", 10.0, 1}}},
     {"tool_samples", &TouchParameters::tool_samples, 1, MostTouch::samples, "",
      "Samples of the point shell of a tool",
-     {.option = "samples", .of = {"swept-tool", "vidholm-2004"}}},
+     {.option = "samples", .of = kTakesSamples}},
 };
 
 inline constexpr Setting<LabelTouch> kLabelSettings[] = {

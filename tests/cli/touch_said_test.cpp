@@ -105,8 +105,8 @@ TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
         return ran.messages;
     };
     EXPECT_THAT(said("swept-point", {"--radius", "5", "--mesh", "no.ply", "--depth", "3"}),
-                AllOf(HasSubstr("without effect here: --radius (of swept-tool, vidholm-2004 and "
-                                "eriksson-2006*), --mesh (of swept-mesh)\n"),
+                AllOf(HasSubstr("without effect here: --radius (of vidholm-2004, eriksson-2006* "
+                                "and swept-tool), --mesh (of swept-mesh)\n"),
                       HasSubstr("without effect here: --depth (without --trajectory)\n")));
     EXPECT_THAT(said("swept-tool", {"--radius", "1"}),
                 testing::Not(HasSubstr("without effect here")));

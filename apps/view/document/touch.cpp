@@ -43,7 +43,7 @@ bool is_over(DeviceStatus status) {
 } // namespace
 
 bool follows_edits(const AlgorithmEntry& algorithm) {
-    return std::string_view(algorithm.name) != "swept-mesh";
+    return !algorithm.takes(haptics::kTakesMesh);
 }
 
 Touch::Touch(Session& session, bool threaded, glm::dvec3 center_mm, glm::dvec3 half_size_mm)

@@ -162,9 +162,11 @@ void draw_buttons(Widgets& ui, ViewState& state, const Work& work) {
 void draw_feel(Widgets& ui, Work& work) {
     ImGui::Separator();
     TouchParameters p = work.session().parameters();
-    const std::string_view algorithm = work.hand().touch().options().algorithm;
+    const AlgorithmEntry* algorithm = find_algorithm(work.hand().touch().options().algorithm);
+    if (!algorithm)
+        return; // and no hand starts
     bool changed = false;
-    const bool has_source = algorithm != "none" && !algorithm.starts_with("wish-");
+    const bool has_source = algorithm->takes(kTakesSource);
     if (has_source && work.has_labels()) {
         int source = p.source == TouchSource::labels;
         changed |= ImGui::RadioButton("grey values", &source, 0);
@@ -175,19 +177,18 @@ void draw_feel(Widgets& ui, Work& work) {
         p.source = source ? TouchSource::labels : TouchSource::grey;
     }
     for (const Setting<TouchParameters>& setting : kTouchSettings)
-        if (setting.use.slider.label && algorithm != "none" && is_read_by(setting, algorithm)) {
+        if (setting.use.slider.label && algorithm->feels() &&
+            is_read_by(setting, algorithm->bits)) {
             changed |= slide(setting, p);
             ui.note(fmt::format("touch/{}", setting.use.slider.label));
         }
     // A static coefficient below the dynamic one has no meaning.
     p.friction_static = std::max(p.friction_static, p.friction_dynamic);
-    if (algorithm.starts_with("wish-")) {
+    if (algorithm->takes(kTakesTransfer)) {
         const Subject& subject = work.subject();
         const double low = subject.range.min, high = subject.range.max;
-        // Directed modes have one axis, the others a second one across it.
-        const bool directed = algorithm.ends_with("potential") || algorithm.ends_with("vector");
         constexpr const char* axes[] = {"along", "across"};
-        for (size_t axis = 0; axis < (directed ? 1u : 2u); ++axis) {
+        for (size_t axis = 0; axis < (algorithm->takes(kTakesAcross) ? 2u : 1u); ++axis) {
             HapticTransfer& t = p.transfer[axis];
             ImGui::PushID(static_cast<int>(axis));
             ImGui::TextUnformatted(axes[axis]);

@@ -112,7 +112,7 @@ TEST(TouchSettings, AreTheTableOfTheReferencePage) {
     const TouchParameters usual;
     for (const Setting<TouchParameters>& setting : kTouchSettings) {
         const SettingUse& use = setting.use;
-        const std::string readers = readers_text(setting);
+        const std::string readers = use.of ? takers_text(use.of) : "";
         expected.push_back(fmt::format(
             "| `{}` |{} | {} to {}{} | {} | {} | {} |", setting.key,
             *use.option ? fmt::format(" `--{}`", use.option) : "", setting.least, setting.most,
