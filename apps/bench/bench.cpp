@@ -1,10 +1,10 @@
 #include <filesystem>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
 #include "bench/suite/page.h"
 #include "bench/suite/suites.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
 #include "engine/scene/scene_file.h"
 
 namespace palpate {

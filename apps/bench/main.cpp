@@ -1,6 +1,6 @@
 // palpate-bench: the suites of `palpate bench`, a program of their own, which that command starts.
 
-#include "apps/palpate/program.h"
+#include "engine/program/program.h"
 
 int main(int argc, char** argv) {
     constexpr palpate::ProgramCommand kCommands[] = {

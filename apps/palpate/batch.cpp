@@ -5,14 +5,14 @@
 #include <memory>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/picture_options.h"
-#include "apps/palpate/render_warnings.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
+#include "engine/program/picture_options.h"
+#include "engine/program/render_warnings.h"
 
 namespace palpate {
 

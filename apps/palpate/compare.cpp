@@ -5,12 +5,6 @@
 #include <cmath>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/compare_json.h"
-#include "apps/palpate/compare_labels.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/read_options.h"
 #include "engine/annotate/strokes.h"
 #include "engine/base/file.h"
 #include "engine/base/json.h"
@@ -21,6 +15,12 @@
 #include "engine/image/png.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/distance.h"
+#include "engine/program/compare_json.h"
+#include "engine/program/compare_labels.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
+#include "engine/program/read_options.h"
 #include "engine/volume/compare.h"
 
 namespace palpate {

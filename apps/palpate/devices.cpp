@@ -5,11 +5,11 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/devices_checklist.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
 #include "haptics/core/clock.h"
 #include "haptics/device/registry.h"
 

@@ -4,9 +4,9 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/output.h"
 #include "engine/base/log.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/output.h"
 #include "haptics/core/clock.h"
 
 namespace palpate {

@@ -4,14 +4,14 @@
 #include <filesystem>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/progress.h"
-#include "apps/palpate/read_options.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/brick_file.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
+#include "engine/program/progress.h"
+#include "engine/program/read_options.h"
 #include "engine/segment/convert_type.h"
 #include "engine/segment/filters.h"
 

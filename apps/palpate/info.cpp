@@ -2,12 +2,12 @@
 #include <cmath>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/read_options.h"
 #include "engine/base/json.h"
 #include "engine/base/printable.h"
 #include "engine/io/volume_io.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/output.h"
+#include "engine/program/read_options.h"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 #include <string_view>
 
-#include "apps/palpate/program.h"
 #include "engine/decode/serve.h"
+#include "engine/program/program.h"
 
 namespace {
 

@@ -2,17 +2,17 @@
 #include <span>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/project_input.h"
-#include "apps/palpate/read_options.h"
-#include "apps/palpate/scene_options.h"
 #include "engine/base/file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/edit/replay.h"
 #include "engine/edit/stroke.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
+#include "engine/program/project_input.h"
+#include "engine/program/read_options.h"
+#include "engine/program/scene_options.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
 

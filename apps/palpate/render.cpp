@@ -1,19 +1,19 @@
 #include <filesystem>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/picture_options.h"
 #include "apps/palpate/preview.h"
-#include "apps/palpate/progress.h"
 #include "apps/palpate/render_report.h"
-#include "apps/palpate/render_warnings.h"
-#include "apps/palpate/turntable.h"
 #include "apps/palpate/written_scene.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
 #include "engine/base/profile.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
+#include "engine/program/picture_options.h"
+#include "engine/program/progress.h"
+#include "engine/program/render_warnings.h"
+#include "engine/program/turntable.h"
 #include "engine/render/display_layout.h"
 
 namespace palpate {

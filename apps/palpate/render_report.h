@@ -1,7 +1,7 @@
 #pragma once
 
-#include "apps/palpate/render_timing.h"
 #include "engine/base/json.h"
+#include "engine/program/render_timing.h"
 
 namespace palpate {
 

@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "apps/palpate/edit_replay.h"
-#include "apps/palpate/read_options.h"
 #include "engine/base/file.h"
 #include "engine/edit/stroke.h"
+#include "engine/program/read_options.h"
 #include "engine/volume/builder.h"
 
 namespace palpate {

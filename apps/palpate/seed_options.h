@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/palpate/interrupt.h"
+#include "engine/program/interrupt.h"
 #include "engine/segment/seeds.h"
 
 namespace palpate {

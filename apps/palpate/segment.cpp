@@ -3,13 +3,13 @@
 #include <optional>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/interrupt.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
-#include "apps/palpate/progress.h"
-#include "apps/palpate/read_options.h"
 #include "apps/palpate/seed_options.h"
 #include "engine/base/log.h"
+#include "engine/program/interrupt.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
+#include "engine/program/progress.h"
+#include "engine/program/read_options.h"
 #include "engine/segment/map_values.h"
 #include "engine/segment/methods.h"
 

@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/palpate/option_checks.h"
 #include "engine/base/setting.h"
+#include "engine/program/option_checks.h"
 
 // Options of the command line out of a table of settings.
 namespace palpate {

@@ -9,9 +9,9 @@
 #include <cmath>
 #include <thread>
 
-#include "apps/palpate/hung_device.h"
 #include "engine/base/log.h"
 #include "engine/base/memory_limit.h"
+#include "engine/program/hung_device.h"
 #include "haptics/core/clock.h"
 
 namespace palpate {

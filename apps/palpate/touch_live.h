@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/palpate/touch_run.h"
+#include "engine/program/touch_run.h"
 #include "engine/volume/grid.h"
 
 namespace palpate {

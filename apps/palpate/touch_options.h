@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_path.h"
-#include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_strokes.h"
+#include "engine/program/touch_feel.h"
+#include "engine/program/touch_run.h"
 #include "haptics/proxy/algorithms.h"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/palpate/option_checks.h"
+#include "engine/program/option_checks.h"
 #include "engine/volume/extent.h"
 
 namespace palpate {

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "apps/palpate/named_files.h"
-#include "apps/palpate/scene_options.h"
 #include "engine/decode/volume_files.h"
+#include "engine/program/named_files.h"
+#include "engine/program/scene_options.h"
 
 namespace palpate {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "apps/palpate/scene_options.h"
+#include "engine/program/scene_options.h"
 #include "engine/scene/scene_file.h"
 
 namespace palpate {

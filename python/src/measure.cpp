@@ -3,9 +3,9 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include "apps/palpate/compare_json.h"
-#include "apps/palpate/compare_labels.h"
-#include "apps/palpate/measure_labels.h"
+#include "engine/program/compare_json.h"
+#include "engine/program/compare_labels.h"
+#include "engine/program/measure_labels.h"
 #include "python/src/bind.h"
 #include "python/src/work.h"
 

@@ -3,7 +3,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include "apps/palpate/surface_labels.h"
 #include "engine/base/log.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
@@ -11,6 +10,7 @@
 #include "engine/mesh/mesh_check.h"
 #include "engine/mesh/smooth.h"
 #include "engine/mesh/topology.h"
+#include "engine/program/surface_labels.h"
 #include "engine/surface/marching_cubes.h"
 #include "engine/surface/surface_nets.h"
 #include "python/src/bind.h"

@@ -9,13 +9,13 @@
 #include <mutex>
 #include <optional>
 
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/picture_options.h"
-#include "apps/palpate/render_warnings.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
 #include "engine/image/display_byte.h"
 #include "engine/image/png.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/picture_options.h"
+#include "engine/program/render_warnings.h"
 #include "engine/render/interactive.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_check.h"

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <sstream>
 
-#include "apps/palpate/touch_feel.h"
-#include "apps/palpate/touch_run.h"
+#include "engine/program/touch_feel.h"
+#include "engine/program/touch_run.h"
 #include "haptics/device/velocity.h"
 #include "haptics/servo/touch_log.h"
 #include "python/src/bind.h"

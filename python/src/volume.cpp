@@ -5,10 +5,10 @@
 
 #include <map>
 
-#include "apps/palpate/read_options.h"
 #include "engine/base/log.h"
 #include "engine/io/narrow.h"
 #include "engine/io/volume_io.h"
+#include "engine/program/read_options.h"
 #include "engine/volume/box.h"
 #include "python/src/bind.h"
 #include "python/src/work.h"

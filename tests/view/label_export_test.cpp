@@ -10,10 +10,10 @@
 #include <filesystem>
 #include <thread>
 
-#include "apps/palpate/surface_labels.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
 #include "engine/mesh/topology.h"
+#include "engine/program/surface_labels.h"
 #include "engine/volume/builder.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewer_fixture.h"

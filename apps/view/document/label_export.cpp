@@ -6,10 +6,11 @@
 #include <array>
 #include <string_view>
 
-#include "apps/palpate/surface_labels.h"
+#include "engine/program/surface_labels.h"
 #include "apps/view/document/free_name.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
+#include "engine/program/surface_labels.h"
 #include "engine/surface/surface_nets.h"
 
 namespace palpate::view {

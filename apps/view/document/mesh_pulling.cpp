@@ -3,7 +3,7 @@
 #include <atomic>
 #include <future>
 
-#include "apps/palpate/surface_labels.h"
+#include "engine/program/surface_labels.h"
 #include "engine/segment/components.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/mesh_fit.h"

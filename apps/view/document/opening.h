@@ -2,9 +2,9 @@
 
 #include <optional>
 
-#include "apps/palpate/open_scene.h"
 #include "apps/view/document/kept_steps.h"
 #include "apps/view/window/state.h"
+#include "engine/program/open_scene.h"
 #include "engine/session/project.h"
 
 namespace palpate::view {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "apps/palpate/hung_device.h"
+#include "engine/program/hung_device.h"
 #include "haptics/core/clock.h"
 #include "haptics/device/registry.h"
 #include "haptics/field/field.h"

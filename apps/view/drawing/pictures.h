@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
-#include "apps/palpate/render_picture.h"
 #include "apps/view/drawing/picture_images.h"
 #include "apps/view/window/panel.h"
 #include "engine/base/wake.h"
 #include "engine/gpu/device.h"
+#include "engine/program/render_picture.h"
 #include "engine/render/interactive.h"
 #include "engine/render/renderer.h"
 #include "engine/session/session.h"

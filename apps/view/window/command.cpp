@@ -1,10 +1,6 @@
 #include <filesystem>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/device_options.h"
-#include "apps/palpate/open_scene.h"
-#include "apps/palpate/option_checks.h"
-#include "apps/palpate/output.h"
 #include "apps/view/document/label_import.h"
 #include "apps/view/panels/file_browser.h"
 #include "apps/view/window/loop.h"
@@ -12,6 +8,10 @@
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/image/png.h"
+#include "engine/program/device_options.h"
+#include "engine/program/open_scene.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/output.h"
 #include "haptics/device/registry.h"
 #include "haptics/proxy/algorithms.h"
 

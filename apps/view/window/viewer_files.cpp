@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "apps/palpate/turntable.h"
 #include "apps/view/document/free_name.h"
 #include "apps/view/document/label_import.h"
 #include "apps/view/window/viewer.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/image/png.h"
+#include "engine/program/turntable.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
 

@@ -1,0 +1,403 @@
+#include "engine/program/touch_feel.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string_view>
+
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/edit/stroke.h"
+#include "engine/io/mesh_io.h"
+#include "engine/program/option_checks.h"
+#include "engine/program/option_texts.h"
+#include "engine/program/surface_labels.h"
+#include "engine/program/touch_guide.h"
+#include "engine/volume/extent.h"
+#include "haptics/field/coupling.h"
+#include "haptics/field/field.h"
+#include "haptics/proxy/tool_points.h"
+
+namespace palpate {
+
+namespace {
+
+using haptics::HapticTransfer;
+using haptics::LabelTouch;
+using haptics::MostTouch;
+using haptics::TouchSource;
+
+constexpr double kManyGrains = 0.5; // a share of the surface
+
+// VALUE:FORCE pairs of rising value, or with `sigmoid` A or A,CENTER,WIDTH.
+Result<HapticTransfer> read_pairs(const std::string& text, bool sigmoid) {
+    HapticTransfer transfer;
+    if (text.empty())
+        return transfer;
+    if (sigmoid && text.find(':') == std::string::npos) {
+        const auto n = numbers_of(text, ',');
+        if (!n || (n->size() != 1 && n->size() != 3))
+            return fail("expected A or A,CENTER,WIDTH or VALUE:FORCE pairs, found '{}'", text);
+        transfer.strength_n = n->front();
+        if (n->size() == 3) {
+            transfer.center = (*n)[1];
+            transfer.width = (*n)[2];
+        }
+        return transfer;
+    }
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t end = std::min(text.find(',', begin), text.size());
+        const std::string_view pair = std::string_view(text).substr(begin, end - begin);
+        const auto n = numbers_of(pair, ':');
+        if (!n || n->size() != 2)
+            return fail("expected a VALUE:NUMBER pair, found '{}'", pair);
+        if (transfer.point_count == HapticTransfer::kMostPoints)
+            return fail("expected at most {} pairs, found more", HapticTransfer::kMostPoints);
+        if (transfer.point_count > 0 && n->front() <= transfer.values[transfer.point_count - 1])
+            return fail("expected values that rise from pair to pair, found '{}'", text);
+        transfer.values[transfer.point_count] = n->front();
+        transfer.forces_n[transfer.point_count++] = n->back();
+        begin = end + 1;
+    }
+    return transfer;
+}
+
+Result<HapticTransfer> read_transfer(const std::string& text, bool sigmoid) {
+    Result<HapticTransfer> transfer = read_pairs(text, sigmoid);
+    if (transfer && !haptics::is_sane(*transfer))
+        return fail("expected numbers of at most {:g}, at values within {:g}, found '{}'",
+                    MostTouch::force_n, MostTouch::value, text);
+    return transfer;
+}
+Result<HapticTransfer> read_force(const std::string& text) {
+    return read_transfer(text, true);
+}
+Result<HapticTransfer> read_opacity(const std::string& text) {
+    return read_transfer(text, false);
+}
+
+// LABEL,STIFFNESS[,FRICTION[,T0]]
+Result<LabelTouch> read_label(const std::string& text) {
+    const auto n = numbers_of(text, ',');
+    const bool whole =
+        n && n->front() >= 0.0 && n->front() <= 65535.0 && n->front() == std::floor(n->front());
+    if (!whole || n->size() < 2 || n->size() > 4 ||
+        std::any_of(n->begin(), n->end(), [](double v) { return v < 0.0; }))
+        return fail("expected LABEL,STIFFNESS[,FRICTION[,T0]], found '{}'", text);
+    LabelTouch touch{.label = static_cast<uint32_t>(n->front()), .stiffness_n_per_m = (*n)[1]};
+    if (n->size() > 2)
+        touch.friction_static = touch.friction_dynamic = (*n)[2];
+    if (n->size() > 3)
+        touch.yield_n = (*n)[3];
+    if (!haptics::is_sane(touch))
+        return fail("expected at most {:g} N/m, a friction of {:g} and {:g} N, found '{}'",
+                    MostTouch::stiffness_n_per_m, MostTouch::friction, MostTouch::force_n, text);
+    return touch;
+}
+
+bool is_json(const std::string& text) {
+    return text.find('{') != std::string::npos;
+}
+
+// JSON itself, or the file that holds it, and what it says.
+template <class T>
+struct Said {
+    Json json;
+    T value;
+};
+template <class T>
+Result<Said<T>> read_json(const std::string& text, T (*read)(const JsonValue&)) {
+    std::string content = text;
+    if (!is_json(text)) {
+        PALPATE_TRY(content, load_text(text));
+    }
+    const std::string name = is_json(text) ? "JSON" : text;
+    PALPATE_TRY(Json json, parse_json(content, name));
+    JsonErrors errors{name, {}};
+    T value = read(JsonValue(json, "", errors));
+    if (errors.first)
+        return tl::unexpected(*errors.first);
+    return Said<T>{std::move(json), std::move(value)};
+}
+Result<Said<Tool>> read_touch_tool(const std::string& text) {
+    return read_json(text, read_tool);
+}
+Result<Said<Operation>> read_touch_operation(const std::string& text) {
+    Result<Said<Operation>> operation = read_json(text, read_operation);
+    if (operation && operation->value.by_region())
+        return fail("'{}' takes effect after the stroke and cannot be felt",
+                    name_of(operation->value.kind));
+    return operation;
+}
+
+// Refuses JSON that is wrong; files are read later.
+template <class T>
+CLI::Validator readable_json(Result<Said<T>> (*read)(const std::string&)) {
+    return readable([read](const std::string& text) -> Result<void> {
+        if (!is_json(text))
+            return {};
+        PALPATE_TRY(read(text));
+        return {};
+    });
+}
+
+Result<Volume> load_component(const std::string& name, std::stop_token stop) {
+    SceneFile file;
+    file.volume = name;
+    PALPATE_TRY(LoadedScene loaded, load_scene_data(file, {.stop = stop}));
+    return std::move(loaded.data.volume);
+}
+
+// `option` names what the operation `text` and the tool are of; a drill is a ball that cuts.
+struct EditTexts {
+    const char* option;
+    const std::string &operation, &tool;
+    double drill_mm = 0.0;
+};
+Result<std::optional<EditSetup>> read_edit(const EditTexts& o, const Feel& feel) {
+    std::optional<EditSetup> edit;
+    if (o.operation.empty() && o.drill_mm == 0.0)
+        return edit;
+    edit.emplace();
+    if (o.drill_mm > 0.0) {
+        edit->operation.kind = OperationKind::cut;
+        edit->tool.shape = make_ball(o.drill_mm);
+        edit->shape = Json{{"kind", "ball"}, {"radius_mm", o.drill_mm}};
+    } else {
+        Result<Said<Operation>> operation = read_touch_operation(o.operation);
+        if (!operation)
+            return fail("{}: {}", o.option, operation.error().message);
+        edit->operation = std::move(operation->value);
+    }
+    if (!o.tool.empty()) {
+        PALPATE_TRY(Said<Tool> tool, read_touch_tool(o.tool));
+        edit->shape = std::move(tool.json);
+        edit->tool = std::move(tool.value);
+    }
+    const bool labels = edit->operation.on_labels();
+    if (labels && !feel.scene.labels)
+        return fail("{}: '{}' is for labels; expected --labels, or labels as SCENE", o.option,
+                    name_of(edit->operation.kind));
+    Result<void> possible = check(edit->operation, labels ? *feel.scene.labels : *feel.scene.grey,
+                                  labels ? &*feel.scene.grey : nullptr);
+    if (!possible)
+        return fail("{}: {}", o.option, possible.error().message);
+    edit->operation = settled(std::move(edit->operation), *feel.scene.grey);
+    return edit;
+}
+
+// One line where a label map's samples lie elsewhere than the volume's.
+void tell_of_places(const Volume& labels, const Volume& volume) {
+    const std::string apart = apart_text("the label map", labels.grid(), volume.grid());
+    if (!apart.empty())
+        log::warning("{}", apart);
+    else if (!check_guide(labels, volume))
+        log::info(
+            "the label map's samples lie elsewhere than the volume's: each is felt and changed "
+            "where it lies in the patient, within {} and {} (LPS)",
+            text_of(world_box(labels.grid())), text_of(world_box(volume.grid())));
+}
+
+// One line where labels are told how to feel that are nowhere.
+void warn_of_absent_labels(const Feel& feel) {
+    const std::map<uint16_t, uint64_t> there = count_labels(*feel.scene.labels);
+    std::vector<uint32_t> absent;
+    for (uint32_t i = 0; i < feel.parameters.label_count; ++i)
+        if (const uint32_t label = feel.parameters.labels[i].label;
+            label == 0 || !there.contains(static_cast<uint16_t>(label)))
+            absent.push_back(label);
+    if (!absent.empty())
+        log::warning("--label-feel: no sample has label {}", fmt::join(absent, ", "));
+}
+
+// Reads an option's text by `read`; an error names the option. The command line has refused texts
+// that cannot be read; Python has not.
+template <class Read>
+auto read_option(const char* option, Read read, const std::string& text) -> decltype(read(text)) {
+    auto value = read(text);
+    if (!value)
+        return fail("{}: {}", option, value.error().message);
+    return value;
+}
+
+struct TextOption {
+    const char* name;
+    std::string FeelOptions::*value;
+    const char* type;
+    const char* help;
+};
+constexpr TextOption kTextOptions[] = {
+    {"--transfer", &FeelOptions::transfer, "TF",
+     "Haptic transfer function of wish-2008-* along the normal, N: A, or A,CENTER,WIDTH (a sigmoid "
+     "of the value), or VALUE:FORCE,... (default: 0)"},
+    {"--transfer-across", &FeelOptions::transfer_across, "TF", "The same across it (default: 0)"},
+    {"--opacity", &FeelOptions::opacity, "TF",
+     "Opacity of koerner-1999, swept-local and swept-mesh: VALUE:OPACITY,..., applied to samples "
+     "before --iso (default: none)"},
+    {"--mesh", &FeelOptions::mesh, "FILE",
+     "Mesh of swept-mesh: .ply or .stl (default: the surface at --iso, or of all labels)"},
+    {"--felt-tool", &FeelOptions::felt_tool, "JSON",
+     "Tool shape of swept-tool, JSON or a JSON file, as a stroke's \"shape\" "
+     "(docs/reference/strokes.md; default: a ball of --radius)"},
+    {"--tool", &FeelOptions::tool, "JSON",
+     "Tool shape of --edit, likewise (default: the ball of --drill)"},
+    {"--second-tool", &FeelOptions::second_tool, "JSON",
+     "Tool shape of --second-edit, likewise (default: --tool, or the ball of --drill)"},
+    {"--second-edit", &FeelOptions::second_edit, "JSON",
+     "Operation of the tool while button 1 is pressed, as of --edit and on the same data: to add "
+     "what --edit removes, say (default: nothing)"},
+    {"--edit", &FeelOptions::edit, "JSON",
+     "Operation of the tool while button 0 is pressed: JSON or a JSON file, as a stroke's "
+     "\"operation\"; cut and mill without to_value leave the volume's lowest value (default: "
+     "nothing)"},
+};
+
+} // namespace
+
+void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
+    files.push_back({"--mesh", o.mesh});
+    for (const std::string& component : o.field)
+        files.push_back({"--field", component});
+    for (const auto& [option, value] : {std::pair("--felt-tool", &o.felt_tool),
+                                        {"--tool", &o.tool},
+                                        {"--edit", &o.edit},
+                                        {"--second-tool", &o.second_tool},
+                                        {"--second-edit", &o.second_edit}})
+        if (!is_json(*value))
+            files.push_back({option, *value});
+}
+
+void add_feel_options(CLI::App& app, FeelOptions& o) {
+    app.add_option("--source", o.source,
+                   "Felt data: grey or labels (default: labels with --label-feel and while they "
+                   "are edited, except by draw; else grey)")
+        ->check(one_of({"grey", "labels"}));
+    app.add_option("--label-feel", o.label_feel,
+                   "Properties of one label: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; "
+                   "repeatable; other labels take --stiffness, --friction and --yield")
+        ->check(readable(read_label))
+        ->type_name("L,K,MU,T0");
+    app.add_option(
+           "--field", o.field,
+           "Vector field of wish-2008-vector: the volumes of x, y and z (default: the gradient)")
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name("VX,VY,VZ");
+    add_guide_option(app, o.guide);
+    for (const TextOption& option : kTextOptions)
+        app.add_option(option.name, o.*option.value, option.help)->type_name(option.type);
+    for (const char* force : {"--transfer", "--transfer-across"})
+        app.get_option(force)->check(readable(read_force));
+    app.get_option("--opacity")->check(readable(read_opacity));
+    for (const char* tool : {"--tool", "--second-tool", "--felt-tool"})
+        app.get_option(tool)->check(readable_json(read_touch_tool));
+    for (const char* edit : {"--edit", "--second-edit"})
+        app.get_option(edit)->check(readable_json(read_touch_operation));
+    app.add_option(
+           "--drill", o.drill_mm,
+           "Cut with a ball of this radius, mm, to the volume's lowest value; 0: do not cut")
+        ->check(non_negative())
+        ->excludes(app.get_option("--edit"))
+        ->capture_default_str();
+}
+
+Result<void> check_together(const FeelOptions& o, const std::string& algorithm) {
+    if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
+        return fail("--label-feel: expected at most {}, found {}",
+                    haptics::TouchParameters::kMostLabels, o.label_feel.size());
+    const haptics::AlgorithmEntry& entry = *haptics::find_algorithm(algorithm);
+    PALPATE_TRY(check_guide_felt(o.guide, entry));
+    if (!o.edit.empty() && o.tool.empty())
+        return fail("--edit: needs a --tool");
+    if (!o.second_edit.empty() && o.edit.empty() && o.drill_mm == 0.0)
+        return fail("--second-edit: needs an --edit or a --drill of the first button");
+    if (!o.label_feel.empty() && entry.feels() && !entry.takes(haptics::kTakesLabels))
+        return fail("--label-feel: {} feels all labels alike; expected --algorithm {}", algorithm,
+                    haptics::takers_text(haptics::kTakesLabels));
+    if ((!o.edit.empty() || o.drill_mm > 0.0) && !o.mesh.empty())
+        return fail(
+            "--edit: changes the volume, and swept-mesh feels the mesh of --mesh; leave out --mesh "
+            "to feel the volume's own surface");
+    return {};
+}
+
+Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
+                       haptics::TouchParameters parameters,
+                       const haptics::AlgorithmEntry& algorithm, std::stop_token stop) {
+    Feel feel = felt_by_default(loaded);
+    feel.parameters = std::move(parameters);
+    PALPATE_TRY(feel.edit, read_edit({"--edit", o.edit, o.tool, o.drill_mm}, feel));
+    const std::string& second_tool = o.second_tool.empty() ? o.tool : o.second_tool;
+    PALPATE_TRY(feel.second_edit, read_edit({"--second-edit", o.second_edit, second_tool}, feel));
+    if (feel.second_edit &&
+        feel.edit->operation.on_labels() != feel.second_edit->operation.on_labels())
+        return fail("--second-edit: '{}' and --edit's '{}' change different data",
+                    name_of(feel.second_edit->operation.kind), name_of(feel.edit->operation.kind));
+    if (feel.second_edit && second_tool.empty()) { // the ball of --drill
+        feel.second_edit->tool = feel.edit->tool;
+        feel.second_edit->shape = feel.edit->shape;
+    }
+    if (!o.label_feel.empty())
+        feel.parameters.label_count = 0;
+    for (const std::string& text : o.label_feel) {
+        PALPATE_TRY(feel.parameters.labels[feel.parameters.label_count++],
+                    read_option("--label-feel", read_label, text));
+    }
+    if (!o.source.empty() || feel.parameters.source == TouchSource::grey)
+        feel.parameters.source = o.source.empty()       ? default_source(feel)
+                                 : o.source == "labels" ? TouchSource::labels
+                                                        : TouchSource::grey;
+    if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
+        return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
+    if (loaded.data.labels)
+        tell_of_places(*loaded.data.labels, loaded.data.volume);
+    if (feel.parameters.source == TouchSource::labels && feel.parameters.label_count > 0)
+        warn_of_absent_labels(feel);
+    if (feel.parameters.source == TouchSource::grey && o.guide.empty()) {
+        const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
+        if (tuning.grains > kManyGrains)
+            log::warning(
+                "--iso {:g}: {:.0f} % of its surface belongs to grains of up to three samples, as "
+                "in noise; the hand feels these grains",
+                feel.parameters.iso, 100.0 * tuning.grains);
+        log::debug("normals blurred against noise by {} samples; an edge of {:.2f} samples",
+                   feel.parameters.normal_blur_samples, feel.parameters.edge_samples);
+    }
+
+    if (!o.transfer.empty()) {
+        PALPATE_TRY(feel.parameters.transfer[0], read_option("--transfer", read_force, o.transfer));
+    }
+    if (!o.transfer_across.empty()) {
+        PALPATE_TRY(feel.parameters.transfer[1],
+                    read_option("--transfer-across", read_force, o.transfer_across));
+        feel.parameters.transfer[2] = feel.parameters.transfer[1];
+    }
+    if (!o.opacity.empty()) {
+        PALPATE_TRY(feel.parameters.opacity, read_option("--opacity", read_opacity, o.opacity));
+    }
+
+    for (size_t axis = 0; axis < o.field.size(); ++axis) {
+        PALPATE_TRY(feel.scene.field[axis], load_component(o.field[axis], stop));
+    }
+    if (!o.guide.empty()) {
+        PALPATE_TRY(feel.scene.field[0], load_guide(o.guide, feel, stop));
+    }
+    if (algorithm.takes(haptics::kTakesTool) && !o.felt_tool.empty()) {
+        PALPATE_TRY(const Said<Tool> tool, read_touch_tool(o.felt_tool));
+        feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
+            haptics::sample_tool(*tool.value.shape, feel.parameters.tool_samples));
+    }
+    const bool takes_mesh = algorithm.takes(haptics::kTakesMesh);
+    if (takes_mesh && !o.mesh.empty()) {
+        PALPATE_TRY(LoadedMesh mesh, load_mesh(o.mesh));
+        add_felt_mesh(feel, std::make_shared<const Mesh>(std::move(mesh.mesh)));
+    } else if (takes_mesh) {
+        add_felt_mesh(feel);
+    }
+    return feel;
+}
+
+} // namespace palpate
