@@ -6,7 +6,6 @@
 #include <array>
 #include <string_view>
 
-#include "engine/program/surface_labels.h"
 #include "apps/view/document/free_name.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
