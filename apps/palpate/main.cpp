@@ -1,5 +1,6 @@
 #include <string_view>
 
+#include "apps/palpate/command.h"
 #include "engine/decode/serve.h"
 #include "engine/program/program.h"
 

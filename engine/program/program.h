@@ -4,6 +4,10 @@
 
 #include "engine/program/command.h"
 
+namespace CLI {
+class App;
+}
+
 namespace palpate {
 
 // A sub-command of a program: its name, its purpose in one line, and what adds it.
