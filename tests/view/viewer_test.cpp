@@ -295,6 +295,7 @@ TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
         EXPECT_EQ(shot("Doe, John", true, list), shot("o' brain', 2 images of", true, list));
         EXPECT_NE(shot("Doe, John", false, list), shot("o' brain', 2 images of", false, list));
     }
+    shot("o' brain', 2 images of", false, "tab/file");
     const SeriesInfo& first = viewer().work().series()[0];
     EXPECT_EQ(series_text(first, false), "CT 'o' brain', 2 images of', 9 images of 8 x 8");
     EXPECT_EQ(series_text(first, true), "CT, 9 images of 8 x 8");

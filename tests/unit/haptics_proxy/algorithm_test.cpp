@@ -29,11 +29,12 @@ TEST(Algorithms, EachFeelsNothingWhereThereIsNothing) {
     const TouchParameters parameters;
     for (const AlgorithmEntry& entry : algorithms()) {
         const std::unique_ptr<Algorithm> algorithm = entry.make();
+        TickInput input{.scene = &scene, .parameters = &parameters};
+        algorithm->reset(input);
         for (int i = 0; i < 10; ++i) {
-            const TickOutput out = algorithm->tick({.tool = {.position_mm = glm::dvec3(i, 2, 3)},
-                                                    .scene = &scene,
-                                                    .parameters = &parameters});
-            EXPECT_EQ(out.proxy.position_mm, glm::dvec3(i, 2, 3)) << entry.name;
+            input.tool.position_mm = glm::dvec3(i, 2, 3);
+            const TickOutput out = algorithm->tick(input);
+            EXPECT_NE(out.contact, Contact::touching) << entry.name;
             EXPECT_EQ(out.force_n, glm::dvec3(0)) << entry.name;
         }
     }
@@ -74,7 +75,9 @@ std::vector<double> felt(const AlgorithmEntry& entry, const TouchScene& scene,
     return all;
 }
 
-TEST(Algorithms, ReadThoseSettingsThatTheirBitsName) {
+// A setting whose bit an entry lacks changes nothing that is felt. Where it has the bit, this one
+// path need not show it: a tool that slides from its first tick on never meets static friction.
+TEST(Algorithms, ReadNoSettingsButThoseThatTheirBitsName) {
     const TouchScene scene = floor_scene();
     TouchParameters usual;
     usual.tool_radius_mm = 0.6;
@@ -85,6 +88,7 @@ TEST(Algorithms, ReadThoseSettingsThatTheirBitsName) {
     usual.vibration_n = 0.1;
     usual.drill_threshold_mm = 0.5;
     usual.transfer[0] = {.strength_n = 1.0, .center = 0.5, .width = 0.1};
+    size_t shown = 0;
     for (const AlgorithmEntry& entry : algorithms()) {
         const std::vector<double> before = felt(entry, scene, usual);
         for (const Setting<TouchParameters>& setting : kTouchSettings) {
@@ -92,10 +96,13 @@ TEST(Algorithms, ReadThoseSettingsThatTheirBitsName) {
                 continue;
             TouchParameters other = usual;
             set(setting, other, 1.5 * value_of(setting, usual));
-            EXPECT_EQ(felt(entry, scene, other) != before, entry.takes(setting.use.of))
+            const bool differs = felt(entry, scene, other) != before;
+            EXPECT_FALSE(differs && !entry.takes(setting.use.of))
                 << entry.name << " " << setting.key;
+            shown += differs;
         }
     }
+    EXPECT_GE(shown, 20u); // the path is no empty one
 }
 
 TEST(Algorithms, AreNamedByTheBeginningThatTheyShare) {

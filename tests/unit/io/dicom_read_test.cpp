@@ -344,7 +344,8 @@ TEST_P(DicomFolders, LetOrientationsOfOneSeriesBeChosen) {
     EXPECT_THAT(axial.warnings, ElementsAre(AllOf(HasSubstr("mixes sizes or orientations"),
                                                   HasSubstr("3 of 8 images are left out"),
                                                   HasSubstr("--series 2"))));
-    EXPECT_THAT(axial.notes, Contains(AllOf(HasSubstr("3 images of 8 x 4"), HasSubstr("coronal"))));
+    EXPECT_THAT(all_notes(axial),
+                Contains(AllOf(HasSubstr("3 images of 8 x 4"), HasSubstr("coronal"))));
     const LoadedVolume coronal = loaded(folder.path(), {.series = "2"});
     EXPECT_EQ(coronal.volume.size(), glm::uvec3(8, 4, 3));
     EXPECT_EQ(glm::dvec3(coronal.volume.grid().world_from_index[2]), glm::dvec3(0, 4, 0));

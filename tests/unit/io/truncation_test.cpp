@@ -88,7 +88,7 @@ TEST(DicomFolder, IsStackedAndScaled) {
     EXPECT_EQ(m[2], glm::dvec4(0, 0, 2.5, 0));
     EXPECT_EQ(m[3], glm::dvec4(-10, 20, 0, 1));
     EXPECT_THAT(loaded->notes, ::testing::Contains(HasSubstr("README")));
-    EXPECT_THAT(loaded->notes, ::testing::Contains(HasSubstr("'head', 5 images")));
+    EXPECT_THAT(all_notes(*loaded), ::testing::Contains(HasSubstr("'head', 5 images")));
     EXPECT_TRUE(loaded->warnings.empty());
 }
 
