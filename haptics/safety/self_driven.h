@@ -16,7 +16,8 @@ namespace palpate::haptics {
 //
 // and a hand that moves by will does not: what its muscles do is no such function of its motion.
 // The force is fitted by least squares for each of kLags delays D. The stated delay counts, unless
-// another one leaves less than half of the stated one's residual. Where the fit explains the
+// another one leaves much less of the force unexplained: less than half at fast ticks, and less
+// where slow ones leave fewer independent values (better_at()). Where the fit explains the
 // force, and the force works on the motion, f(t - D) . x' > 0 in the mean over several reversals,
 // the device drives the motion. A pure sine under a linear spring fits for every D: then the stated
 // one counts, until a contact is lost or a limit is reached and the force is no sine any more.
