@@ -83,7 +83,7 @@ std::vector<DicomSeries> group_series(std::vector<DicomFrame> frames);
 // several match, or says why the one that matches is not read.
 Result<size_t> choose_series(const DecodeRequest& request, const std::vector<DicomSeries>& all);
 
-// What each is, for people.
+// Each as people read it.
 std::vector<SeriesInfo> list_series(const std::vector<DicomSeries>& all,
                                     std::optional<size_t> chosen = {});
 

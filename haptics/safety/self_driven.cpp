@@ -78,7 +78,7 @@ glm::dvec3 bend(const std::array<glm::dvec3, 3>& y, const std::array<double, 3>&
     return 2.0 * ((y[0] - y[1]) / (t[0] - t[1]) - (y[1] - y[2]) / (t[1] - t[2])) / (t[0] - t[2]);
 }
 
-// What a delay may leave of another one's residual to be the better one, for ticks of a length. The
+// The share of another delay's residual that a better one may leave, for ticks of a length. The
 // likelihood of a fit goes as its residual to the power of minus half its degrees of freedom, and
 // the bar is one ratio of likelihoods, that of kBetter with fast ticks. A memory of kForget_s has
 // as many values as an even one of twice that. Four coefficients and a mean take five. Values under

@@ -14,7 +14,7 @@ namespace {
 // ImGui's size of a font is the sum.
 constexpr double kLine_px = 18.0;
 
-// What names of labels, files and units are written with: Latin, Greek, Cyrillic, signs.
+// Letters of names of labels, files and units: Latin, Greek, Cyrillic, signs.
 constexpr ImWchar kRanges[] = {0x20,   0x17F,  0x18F,  0x192,  0x1A0,  0x1B0,  0x1E0,  0x233,
                                0x2BC,  0x2C7,  0x370,  0x3FF,  0x400,  0x52F,  0x1E00, 0x1EFF,
                                0x2010, 0x2044, 0x2070, 0x208E, 0x20A0, 0x20BF, 0x2100, 0x2122,

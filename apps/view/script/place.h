@@ -51,7 +51,7 @@ struct Shown {
 // it is a multiple of 1/256, as those of window systems are.
 std::optional<glm::dvec2> pixel_of(const Place& place, const Shown& shown);
 
-// What a place is called in messages: "widget 'tool/draw'".
+// The name of a place in messages: "widget 'tool/draw'".
 std::string name_of(const Place& place);
 
 // Names the places of moves as they happen. A button that is held keeps what it was pressed in.
