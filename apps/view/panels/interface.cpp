@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "apps/view/drawing/looks.h"
+#include "apps/view/panels/widget_help.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/keys.h"
 
@@ -128,6 +129,22 @@ void Widgets::note(const std::string& id) {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     places[id] = {{static_cast<int>(low.x), static_cast<int>(low.y)},
                   {static_cast<int>(high.x - low.x), static_cast<int>(high.y - low.y)}};
+    if (id == pointed_out) {
+        ImGui::SetScrollHereY(0.3f);
+        const ImVec2 by(3.0f, 2.0f);
+        ImGui::GetForegroundDrawList()->AddRect(ImVec2(low.x - by.x, low.y - by.y),
+                                                ImVec2(high.x + by.x, high.y + by.y),
+                                                ImGui::GetColorU32(ImGuiCol_CheckMark), 3.0f);
+    }
+    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive())
+        return;
+    if (const WidgetHelp* help = help_of(id)) {
+        ImGui::BeginTooltip();
+        ImGui::PushTextWrapPos(20.0f * ImGui::GetFontSize());
+        ImGui::TextUnformatted(help->help);
+        ImGui::PopTextWrapPos();
+        ImGui::EndTooltip();
+    }
 }
 
 bool Widgets::button(const char* text, const std::string& id, Order one) {
@@ -159,12 +176,18 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && // such as a list
         ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
         ImGui::ClosePopupToLevel(0, true);
+    const bool acts = std::any_of(events.begin(), events.end(), [](const Event& event) {
+        return event.down && (event.kind == Event::Kind::key || event.kind == Event::Kind::button);
+    });
+    if (acts) // a person goes on
+        ui_.pointed_out.clear();
     ui_.places.clear();
     texts_.clear();
     draw_side_panel(ui_, side_, state, work);
     draw_status(ui_, status_, state, work);
     draw_touch_panel(ui_, touch_, state, work);
     draw_help(state);
+    draw_search(ui_, search_, state, work);
     draw_questions(ui_, save_folder_, state, work);
     draw_browser(ui_, browser_, state);
     draw_series_chooser(ui_, previews_, state, work);

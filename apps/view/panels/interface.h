@@ -68,6 +68,7 @@ class Interface {
     TouchPanel touch_;
     TypedText save_folder_{};
     Browser browser_;
+    SearchBox search_;
     const SeriesPreviews* previews_ = nullptr;
     std::vector<ViewText> texts_;
     bool is_light_ = false, busy_ = false;

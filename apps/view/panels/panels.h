@@ -21,9 +21,11 @@ struct Widgets {
     double time_s = 0.0; // of the frame
     std::vector<Order> orders{};
     std::map<std::string, Box> places{}; // by their ids: "tool/draw"
+    std::string pointed_out{};           // the id of one that is scrolled to and framed
 
     void order(Order one) { orders.push_back(std::move(one)); }
-    void note(const std::string& id);                                // where the last widget lies
+    // Where the last widget lies. Under the pointer it has the tooltip of widget_help().
+    void note(const std::string& id);
     bool button(const char* text, const std::string& id, Order one); // whether it was pressed
     void check(const char* text, const std::string& id, bool& is_on);
 };
@@ -55,6 +57,11 @@ struct Browser {
     TypedText typed{};
     bool was_open = false; // in the last frame
 };
+struct SearchBox {
+    std::array<char, 128> typed{};
+    size_t row = 0;        // of what is found
+    bool was_open = false; // in the last frame
+};
 struct TouchPanel {
     std::vector<std::string> devices{}; // as they were at a time
     double devices_at_s = -1e9;
@@ -84,6 +91,7 @@ void draw_series_list(Widgets& ui, ViewState& state, Work& work);
 void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& work);
 void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work);
 void draw_help(ViewState& state);
+void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work);
 void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work);
 void draw_browser(Widgets& ui, Browser& panel, ViewState& state);
 void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState& state,

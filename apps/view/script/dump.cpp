@@ -161,6 +161,7 @@ Json dump_of(Work& work, const ViewState& state) {
         json["panels"][name_of(view.panel)] = box_json(view.box);
     json["tools_open"] = state.tools_open;
     json["help_open"] = state.help_open;
+    json["search_open"] = state.search_open;
     json["crosshair_mm"] = json_of(state.crosshair_mm);
     if (const auto at = sample_at(work.subject().grid, state.crosshair_mm))
         json["crosshair_sample"] = {at->x, at->y, at->z};

@@ -32,6 +32,9 @@ struct KeyLine {
         std::string_view keys; // apart by spaces
         void (*use)(const KeyPress&);
         bool with_ctrl = false;
+        // What the first key does, and with Shift, for the search box; null: nothing that would
+        // help there.
+        const char *does = nullptr, *shifted = nullptr;
     };
     std::vector<Use> uses{}; // none: what the line tells is done elsewhere
 };
@@ -114,8 +117,12 @@ const KeyLine kButtons[] = {
 };
 
 const KeyLine kKeys[] = {
-    {"+ -", "size of the tool", {{"+ = -", resize_tool}}},
-    {"Ctrl+Z, Ctrl+Y", "undo, redo", {{"z y", undo_or_redo, true}}},
+    {"+ -",
+     "size of the tool",
+     {{"= +", resize_tool, false, "larger brush"}, {"-", resize_tool, false, "smaller brush"}}},
+    {"Ctrl+Z, Ctrl+Y",
+     "undo, redo",
+     {{"z", undo_or_redo, true, "undo", "redo"}, {"y", undo_or_redo, true}}},
     {"Ctrl+O, Ctrl+S",
      "open a file, a folder or a project; save to a project folder",
      {{"o",
@@ -123,67 +130,92 @@ const KeyLine kKeys[] = {
            p.state.browser_open = true;
            p.state.browsing = Browsing::documents;
        },
-       true},
-      {"s", [](const KeyPress& p) { p.order(order::Save{}); }, true}}},
+       true, "open a file, a folder or a project"},
+      {"s", [](const KeyPress& p) { p.order(order::Save{}); }, true, "save to a project folder"}}},
+    {"Ctrl+K",
+     "find a tool, a command or a setting by its name",
+     {{"k", [](const KeyPress& p) { p.state.search_open = true; }, true}}},
     {"Ctrl+P",
      "picture of the window, PNG, in the current folder",
-     {{"p", [](const KeyPress& p) { p.order(order::TakePicture{}); }, true}}},
+     {{"p", [](const KeyPress& p) { p.order(order::TakePicture{}); }, true,
+       "picture of the window"}}},
     {"Esc", "cancel the stroke; close an open list"},
     {"1 .. 9", "windows", {{"1 2 3 4 5 6 7 8 9", choose_window}}},
     {"S, A, D",
      "labels: show, fade, strengthen",
-     {{"s", [](const KeyPress& p) { p.state.labels_shown = !p.state.labels_shown; }},
-      {"a d", fade_labels}}},
+     {{"s", [](const KeyPress& p) { p.state.labels_shown = !p.state.labels_shown; }, false,
+       "show or hide labels"},
+      {"a", fade_labels, false, "fade labels"},
+      {"d", fade_labels, false, "strengthen labels"}}},
     {"Up, Down", "next and previous slice under the pointer", {{"up down", page_by_key}}},
     {"Home, End, Page Down",
      "3D from above, front, left; Shift: from the other side",
-     {{"home", [](const KeyPress& p) { look(p.state, p.shift() ? "bottom" : "top"); }},
-      {"end", [](const KeyPress& p) { look(p.state, p.shift() ? "back" : "front"); }},
-      {"page_down", [](const KeyPress& p) { look(p.state, p.shift() ? "right" : "left"); }}}},
+     {{"home", [](const KeyPress& p) { look(p.state, p.shift() ? "bottom" : "top"); }, false,
+       "3D from above", "3D from below"},
+      {"end", [](const KeyPress& p) { look(p.state, p.shift() ? "back" : "front"); }, false,
+       "3D from the front", "3D from the back"},
+      {"page_down", [](const KeyPress& p) { look(p.state, p.shift() ? "right" : "left"); }, false,
+       "3D from the left", "3D from the right"}}},
     {"L, Tab",
      "layout; which slice is shown alone",
      {{"l",
        [](const KeyPress& p) {
            p.state.alone.reset();
            go_on(p.state.layout, 3);
-       }},
+       },
+       false, "next layout of views"},
       {"tab", [](const KeyPress& p) { go_on(p.state.slice, kSlicePanels); }}}},
     {"[ ], \\",
      "thinner and thicker slices; maximum, minimum, mean",
-     {{"[ ]", step_slab}, {"\\", [](const KeyPress& p) { go_on(p.state.slab_mode, 3); }}}},
+     {{"[", step_slab, false, "thinner slices"},
+      {"]", step_slab, false, "thicker slices"},
+      {"\\", [](const KeyPress& p) { go_on(p.state.slab_mode, 3); }, false,
+       "thick slices by maximum, minimum or mean"}}},
     {"G, V",
      "3D: in stereo, and back; by rays, by the surface, or both",
      {{"g",
        [](const KeyPress& p) {
            p.state.stereo.on = !p.state.stereo.on;
            move_cursor(p.state, p.subject);
-       }},
-      {"v", [](const KeyPress& p) { go_on(p.state.seen_as, std::size(kSeenAs)); }}}},
+       },
+       false, "3D in stereo, and back"},
+      {"v", [](const KeyPress& p) { go_on(p.state.seen_as, std::size(kSeenAs)); }, false,
+       "3D by rays, by the surface, or both"}}},
     {"P, H, N, T",
      "show or hide: slices in 3D, crosshair, notes, tools",
-     {{"p", [](const KeyPress& p) { p.state.slices_in_volume = !p.state.slices_in_volume; }},
-      {"h", [](const KeyPress& p) { p.state.crosshair_shown = !p.state.crosshair_shown; }},
-      {"n", [](const KeyPress& p) { p.state.notes_shown = !p.state.notes_shown; }},
-      {"t", [](const KeyPress& p) { p.state.tools_open = !p.state.tools_open; }}}},
-    {"R", "reset views and window", {{"r", reset}}},
+     {{"p", [](const KeyPress& p) { p.state.slices_in_volume = !p.state.slices_in_volume; }, false,
+       "show or hide slices in 3D"},
+      {"h", [](const KeyPress& p) { p.state.crosshair_shown = !p.state.crosshair_shown; }, false,
+       "show or hide the crosshair"},
+      {"n", [](const KeyPress& p) { p.state.notes_shown = !p.state.notes_shown; }, false,
+       "show or hide letters in views"},
+      {"t", [](const KeyPress& p) { p.state.tools_open = !p.state.tools_open; }, false,
+       "show or hide the panel"}}},
+    {"R", "reset views and window", {{"r", reset, false, "reset views and window"}}},
     {"Y, O, Space, Esc",
      "touch: its window, start or stop the hand, arm, disarm",
-     {{"y", [](const KeyPress& p) { p.state.touch_open = !p.state.touch_open; }},
-      {"o", start_or_stop_hand},
+     {{"y", [](const KeyPress& p) { p.state.touch_open = !p.state.touch_open; }, false,
+       "touch: show or hide its window"},
+      {"o", start_or_stop_hand, false, "touch: start or stop the hand"},
       {"space",
        [](const KeyPress& p) {
            if (p.state.stylus.on)
                p.order(order::ArmHand{});
-       }}}},
+       },
+       false, "touch: arm the hand"}}},
     {"K, J, I",
      "touch: shape of the tool, force as an arrow, widgets in 3D",
-     {{"k", [](const KeyPress& p) { go_on(p.state.stylus.shape, std::size(kTipShapes)); }},
-      {"j", [](const KeyPress& p) { p.state.stylus.arrow_shown = !p.state.stylus.arrow_shown; }},
-      {"i", [](const KeyPress& p) { p.state.palette_shown = !p.state.palette_shown; }}}},
+     {{"k", [](const KeyPress& p) { go_on(p.state.stylus.shape, std::size(kTipShapes)); }, false,
+       "touch: next shape of the tool"},
+      {"j", [](const KeyPress& p) { p.state.stylus.arrow_shown = !p.state.stylus.arrow_shown; },
+       false, "touch: force as an arrow"},
+      {"i", [](const KeyPress& p) { p.state.palette_shown = !p.state.palette_shown; }, false,
+       "touch: widgets in 3D"}}},
     {"mouse as a hand", "left, right: its buttons; in 3D wheel up: deeper; middle: rotate"},
     {"?",
      "all keys",
-     {{"/", [](const KeyPress& p) { p.state.help_open = p.state.help_open != p.shift(); }}}},
+     {{"/", [](const KeyPress& p) { p.state.help_open = p.state.help_open != p.shift(); }, false,
+       nullptr, "all keys"}}},
 };
 
 bool has_word(std::string_view words, std::string_view word) {
@@ -219,6 +251,7 @@ void escape(const KeyPress& press) {
     if (state.drag && state.drag->kind == Drag::Kind::tool && state.drag->tool->abort)
         state.drag->tool->abort({press.next, press.event, press.subject, state.drag->panel});
     else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_tools(state) &&
+             !std::exchange(state.search_open, false) &&
              !std::exchange(state.browser_open, false) &&
              !std::exchange(state.series_open, false) &&
              !std::exchange(state.leaving, std::nullopt) &&
@@ -265,6 +298,31 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     }
     if (!use_line(kKeys, press))
         use_line(kButtons, press);
+}
+
+std::vector<KeyCommand> key_commands() {
+    std::vector<KeyCommand> all;
+    const auto add = [&](const KeyLine::Use& use, const char* does, bool shift) {
+        Event press{.kind = Event::Kind::key, .down = true};
+        press.key = std::string(use.keys.substr(0, use.keys.find(' ')));
+        press.modifiers.shift = shift;
+        press.modifiers.ctrl = use.with_ctrl;
+        std::string keys = press.key;
+        if (keys.size() == 1) // else a name: "page_down"
+            keys[0] = static_cast<char>(std::toupper(keys[0]));
+        std::replace(keys.begin(), keys.end(), '_', ' ');
+        all.push_back(
+            {does, fmt::format("{}{}{}", use.with_ctrl ? "Ctrl+" : "", shift ? "Shift+" : "", keys),
+             press});
+    };
+    for (const KeyLine& line : kKeys)
+        for (const KeyLine::Use& use : line.uses) {
+            if (use.does)
+                add(use, use.does, false);
+            if (use.shifted)
+                add(use, use.shifted, true);
+        }
+    return all;
 }
 
 const std::vector<KeyHelp>& key_help() {

@@ -16,4 +16,12 @@ struct KeyHelp {
 };
 const std::vector<KeyHelp>& key_help();
 
+// What single keys do, for the search box.
+struct KeyCommand {
+    const char* title; // "3D from the left"
+    std::string keys;  // "Ctrl+S"
+    Event press;
+};
+std::vector<KeyCommand> key_commands();
+
 } // namespace palpate::view

@@ -102,6 +102,7 @@ struct ViewState {
     bool saving_entered = false; // Enter was pressed, and not in a text field
     std::string saving_folder, saving_failed; // where to in vain, and why; empty: not tried yet
     std::optional<Leaving> leaving;
+    bool search_open = false;      // the search box (Ctrl+K)
     bool touch_open = false;       // the window of touch
     bool palette_shown = false;    // widgets in 3D (palette.h)
     bool slices_in_volume = false; // the three planes are drawn among the rays
