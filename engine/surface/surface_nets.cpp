@@ -106,6 +106,7 @@ struct Surface {
     std::vector<Vec<Real>> positions;
     std::vector<glm::uvec3> triangles;
     std::vector<uint16_t> labels, outer_labels;
+    std::vector<glm::ivec3> owners; // cells of the triangles' walls, where asked for
 };
 
 // Cuts walls that have a split face on one of their sides: there the side has a vertex of its own,
@@ -156,7 +157,8 @@ class SplitWalls {
 };
 
 template <class Real>
-Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& options) {
+Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& options,
+                           glm::ivec3 first = glm::ivec3(0), bool with_owners = false) {
     PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5);
     Surface<Real> surface;
     const Net net = make_net(labels, options.passes > 0, options.stop);
@@ -168,12 +170,17 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
     const Vec<Real> spacing(spacing_mm(labels.grid()));
     surface.positions.resize(offsets.size());
     tbb::parallel_for(size_t{0}, offsets.size(), [&](size_t v) {
-        surface.positions[v] = (Vec<Real>(net.vertices[v].cell) - Real(0.5) + offsets[v]) * spacing;
+        surface.positions[v] =
+            (Vec<Real>(first + glm::ivec3(net.vertices[v].cell)) - Real(0.5) + offsets[v]) *
+            spacing;
     });
     const size_t walls = net.walls.size();
     surface.triangles.resize(2 * walls);
     surface.labels.resize(2 * walls);
     surface.outer_labels.resize(2 * walls);
+    const auto owner = [&](const NetWall& wall) { // the third corner is in the cell itself
+        return first + glm::ivec3(net.vertices[wall.corners[2]].cell);
+    };
     const auto put = [&](size_t n, const NetWall& wall, glm::uvec3 triangle) {
         surface.triangles[n] = triangle;
         surface.labels[n] = wall.label;
@@ -190,6 +197,8 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
         put(2 * w, wall, {c[0], c[1], across ? c[2] : c[3]});
         put(2 * w + 1, wall, {across ? c[0] : c[1], c[2], c[3]});
     });
+    for (size_t w = 0; with_owners && w < walls; ++w)
+        surface.owners.resize(2 * w + 2, owner(net.walls[w]));
     // The few with split faces: their first two triangles are made anew, the others follow at the
     // end.
     SplitWalls<Real> split_walls(surface, spacing);
@@ -208,6 +217,8 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
             surface.labels.push_back(wall.label);
             surface.outer_labels.push_back(wall.outer);
         }
+        if (with_owners)
+            surface.owners.resize(surface.triangles.size(), owner(wall));
     }
     return surface;
 }
@@ -248,6 +259,16 @@ Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options) {
             .labels = std::move(surface.labels),
             .outer_labels = std::move(surface.outer_labels),
             .world_from_mesh = world_from_mesh(labels.grid())};
+}
+
+NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const SurfaceNetsOptions& options) {
+    Surface<float> surface = make_surface<float>(part, options, first, true);
+    return {{.positions = std::move(surface.positions),
+             .triangles = std::move(surface.triangles),
+             .labels = std::move(surface.labels),
+             .outer_labels = std::move(surface.outer_labels),
+             .world_from_mesh = world_from_mesh(part.grid())},
+            std::move(surface.owners)};
 }
 
 std::vector<LabelVolume> surface_nets_volumes_fp64(const Volume& labels,

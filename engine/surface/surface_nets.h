@@ -40,6 +40,17 @@ struct SurfaceNetsOptions {
 // number of threads. Order: cells x fastest, then the wall's axis.
 Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options = {});
 
+// A part of the walls of a larger volume, whose samples from `first` on are those of `part`.
+struct NetPart {
+    Mesh mesh; // in the mesh space of the larger volume
+    // The cell of the larger volume that owns each triangle's wall: the wall is between the lowest
+    // corner of the cell and one beyond it on an axis.
+    std::vector<glm::ivec3> owners;
+};
+// Positions have the bits of surface_nets() of the larger volume, farther from the sides of the
+// part that lie within it than smoothing reaches: 2 cells a pass, and one more.
+NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const SurfaceNetsOptions& options);
+
 // The volume that the surface of one label encloses, in world mm^3.
 struct LabelVolume {
     uint16_t label = 0;

@@ -8,13 +8,12 @@
 
 #include "engine/base/assert.h"
 #include "engine/surface/cell_tables.h"
+#include "engine/surface/marching_cubes.h"
 #include "engine/volume/sample.h"
 
 namespace palpate {
 
 namespace {
-
-constexpr float kLeastFraction = 0x1p-12f;
 
 // Facts about each configuration that need no look at a volume.
 struct Cases {
