@@ -86,7 +86,7 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
     RecordingDevice recorder(device, count - live.done + 16);
     std::atomic<size_t> done = live.done;
     std::atomic<uint32_t> faults = 0;
-    std::atomic<bool> is_gone = false;
+    std::atomic<bool> is_gone = false, is_damped = false;
     SessionDevice touched{recorder,
                           live.setup.algorithm,
                           live.workspace,
@@ -100,6 +100,8 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
         live.ticks[at] = tick;
         done.store(at + 1, std::memory_order_release);
         faults.store(tick.faults & kFaultLatched, std::memory_order_relaxed);
+        if (tick.faults & kFaultDamped)
+            is_damped.store(true, std::memory_order_relaxed);
         is_gone.store(tick.status == DeviceStatus::gone, std::memory_order_relaxed);
         return at + 1 < count && tick.status != DeviceStatus::gone &&
                tick.status != DeviceStatus::ended;
@@ -110,6 +112,7 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
               thread.state().why.empty() ? "" : "; " + thread.state().why);
     std::string refusal;
     uint32_t told = 0;
+    bool told_damped = false;
     while (!thread.ended() && !stop.stop_requested() && refusal.empty()) {
         if (live.lines.next(milliseconds(20))) {
             live.session.arm();
@@ -117,6 +120,12 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
         }
         if (const uint32_t now = faults; now != told && (told = now) != 0)
             log::warning("force is off: {}; press Enter to switch it on again", fault_text(now));
+        const bool was_damped = is_damped.exchange(false, std::memory_order_relaxed);
+        if (was_damped && !told_damped)
+            log::warning(
+                "the handle swings under force, and is damped; hold it more firmly, or "
+                "lower --stiffness");
+        told_damped = was_damped;
         progress(static_cast<double>(done) / static_cast<double>(count));
         listen(live.run, live.session, monotonic_ns());
         refusal = live.session.take_refusal();

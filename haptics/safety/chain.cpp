@@ -56,7 +56,8 @@ std::string fault_text(uint32_t faults) {
     constexpr std::pair<uint32_t, const char*> kNames[] = {
         {kFaultInput, "input"},       {kFaultGone, "device gone"}, {kFaultNotFinite, "not finite"},
         {kFaultVelocity, "velocity"}, {kFaultShaking, "shaking"},  {kFaultHeld, "held"},
-        {kFaultLate, "late"},         {kFaultTooLate, "too late"}, {kFaultSoftened, "softened"}};
+        {kFaultLate, "late"},         {kFaultTooLate, "too late"}, {kFaultSoftened, "softened"},
+        {kFaultDamped, "damped"}};
     std::string text;
     for (const auto& [bit, name] : kNames)
         if (faults & bit)
@@ -173,6 +174,7 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
         // No more than the force that it is added to, so that it never holds a hand back.
         const double settling =
             std::min(self_driven_.settling_n_s_per_m(), most_damping(limits_, device_));
+        faults_ |= settling > 0.0 ? kFaultDamped : 0u;
         settling_ += (settling - settling_) * std::min(1.0, dt_s_ / kSettle_s);
         sent.force_n = proxy_n - damping * used_.velocity_m_per_s -
                        limit_magnitude(settling_ * used_.velocity_m_per_s, glm::length(proxy_n));

@@ -21,6 +21,7 @@ enum Fault : uint32_t {
     kFaultLate = 1u << 9,      // this tick came late: force fades
     kFaultTooLate = 1u << 10,  // so late that force starts anew
     kFaultSoftened = 1u << 11, // the coupling is softer than asked, as the device allows
+    kFaultDamped = 1u << 12,   // the handle swings, and that is damped (self_driven.h)
     kFaultLatched = 0xFF,
 };
 std::string fault_text(uint32_t faults); // "input, velocity"; "none"

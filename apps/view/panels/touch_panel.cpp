@@ -114,6 +114,8 @@ void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
                            fault_text(report.faults).c_str());
     else
         ImGui::TextUnformatted(modes[static_cast<size_t>(report.force)]);
+    if (report.faults & kFaultDamped)
+        ImGui::TextColored(ImVec4(1.0f, 0.8f, 0.4f, 1.0f), "the handle swings: damped");
     if (!touch.by_pointer()) {
         WorkspaceSettings settings = work.session().workspace();
         if (slide("scale", settings.scale, 0.1, 20.0, "%.2f mm/mm", true))

@@ -94,6 +94,7 @@ struct LoopResult {
     double begun_s = -1.0, last_s = -1.0;
     double fault_s = -1.0;           // the first latched fault
     uint32_t faults = 0;             // then
+    double damped_s = -1.0;          // the first tick that said that swings are damped
     double most_made_j = 0.0;        // work of the motors and what the spring has still to give
     double after_fault_j = 0.0;      // work of the motors later than the delay after it
     double end_m = 0.0, end_n = 0.0; // peak to peak in the last 0.3 s
@@ -139,6 +140,8 @@ LoopResult close_loop(const LoopCase& c, double length_s, double rests_s, Place 
         const Wrench sent = chain.finish({force_n, {}}, k);
         under_way.emplace_back(now + delay_ns, sent);
         deliver(now);
+        if ((chain.faults() & kFaultDamped) && result.damped_s < 0.0)
+            result.damped_s = t;
         if (chain.latched() && result.fault_s < 0.0) {
             result.fault_s = t;
             result.faults = chain.faults();

@@ -51,8 +51,24 @@ TEST(LimitCycles, SwingsThatNothingDrivesAreDamped) {
     const LoopResult r = press_and_hold(c);
     EXPECT_EQ(r.faults, 0u);
     EXPECT_GE(r.begun_s, 0.0);
+    EXPECT_GE(r.damped_s, 0.0); // said
     EXPECT_LE(r.last_s - r.begun_s, 0.5);
     EXPECT_LT(r.end_m, 0.25 * Swings::kLeast_m);
+}
+
+// A firm hand that takes its time on the same wall does not swing, and nothing is said.
+TEST(LimitCycles, AHandThatDoesNotSwingIsNotDamped) {
+    const LoopResult r =
+        close_loop({.stiffness_n_per_m = 450.0, .grip = 3.0}, 2.0, 1.0,
+                   [](double t) { return -5e-3 + 15e-3 * std::clamp((t - 0.3) / 0.6, 0.0, 1.0); });
+    EXPECT_LT(r.begun_s, 0.0);
+    EXPECT_LT(r.damped_s, 0.0);
+    EXPECT_GT(r.most_n, 1.0);
+}
+
+TEST(Faults, SwingsThatAreDampedAreNamedAndNotLatched) {
+    EXPECT_EQ(fault_text(kFaultDamped), "damped");
+    EXPECT_EQ(kFaultDamped & kFaultLatched, 0u);
 }
 
 // Blows, 4 a second, after which the handle rings at 20 Hz and loses 40 % of its speed in a period.
