@@ -27,6 +27,10 @@ constexpr double kBetter = 0.5; // at fast ticks (better_at)
 constexpr double kLag_s = 1e-3;
 constexpr double kPowerFactor = 2.0 * std::numbers::pi * 16.0 * kLag_s;
 constexpr double kUnexplained = 0.035, kUnexplainedPower = 0.15;
+// Ticks of 10 ms hold each force for so long that a hand's motion, too, has a power factor of 0.3
+// at 7 Hz. There the motion is driven where the force gives at least twice of what muscles can
+// give.
+constexpr double kOverMuscles = 2.0;
 // Below: where it seems to be. That is asked of a motion that reverses more often than a hand's by
 // will; at 8 Hz, swings of 2 mm have so much speed.
 constexpr double kSeemsPowerFactor = 0.03, kSeemsUnexplained = 0.15;
@@ -157,9 +161,15 @@ bool SelfDriven::drives(glm::dvec3 position_m, glm::dvec3 held_n, double dt_s,
     const double unexplained = 1.0 - fit_.explained;
     seems_driven_ = unexplained < kSeemsUnexplained && fit_.power_factor > kSeemsPowerFactor &&
                     fit_.speed_m_per_s > kSeemsSpeed_m_per_s;
-    const bool is_sure = fit_.least_power_factor > fit_.least_phase ||
-                         fit_.power_factor > std::max(kPowerFactor, fit_.held_phase);
-    return is_sure && unexplained < std::min(kUnexplained, kUnexplainedPower * fit_.power_factor);
+    if (unexplained >= std::min(kUnexplained, kUnexplainedPower * fit_.power_factor))
+        return false;
+    // Muscles that the fit does not know of make a force of so much of the whole, and in phase with
+    // the motion no larger a power factor.
+    const double muscles = std::sqrt(unexplained);
+    const bool is_without_hand = fit_.power_factor > std::max(kPowerFactor, kOverMuscles * muscles);
+    return fit_.least_power_factor > fit_.least_phase ||
+           fit_.power_factor > std::max(kPowerFactor, fit_.held_phase) ||
+           (is_without_hand && fit_.speed_m_per_s > kSeemsSpeed_m_per_s);
 }
 
 // False: too little is known yet.

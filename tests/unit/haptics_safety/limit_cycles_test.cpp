@@ -10,8 +10,12 @@ TEST(LimitCycles, EachIsEndedWithinHalfASecondAndSaid) {
         {"ideal", 10000.0, 0.01, 500.0, 0.3, true},    // 16 mm
         {"ideal", 1000.0, 0.003, 10000.0, 0.3, false}, // 13 mm at 7 Hz
         {"omega", 1000.0, 0.003, 3000.0, 0.3, false},  // 9 mm at 7 Hz
-        {"falcon", 10000.0, 0.005, 3000.0, 1.0, false}, {"touch", 1000.0, 0.01, 500.0, 0.3, false},
+        {"falcon", 10000.0, 0.005, 3000.0, 1.0, false},
+        {"touch", 1000.0, 0.01, 500.0, 0.3, false},
         {"ideal", 100.0, 0.005, 500.0, 0.3, false},
+        // Bounces at 7 Hz that a tick of 10 ms makes look like a hand's.
+        {"ideal", 100.0, 0.003, 3000.0, 0.3, false}, // 13 mm for as long as it was looked at
+        {"ideal", 100.0, 0.003, 10000.0, 0.3, false},
     };
     for (const LoopCase& c : found)
         expect_it_is_ended(c);
