@@ -44,7 +44,11 @@ EdgeCollapse::EdgeCollapse(const CollapseSource& source, Options options)
     classify_vertices();
     add_quadrics();
     attach_vertices();
-    level_ = kFirstLevel * std::min(options_.limit_mm, source.edge_mm);
+    // Levels that rise keep the distance small where a count is asked for. Where the distance alone
+    // decides, they would only have edges looked at again and again.
+    const bool is_counted = options_.least_triangles > 0 || std::isinf(options_.limit_mm);
+    level_ =
+        is_counted ? kFirstLevel * std::min(options_.limit_mm, source.edge_mm) : options_.limit_mm;
 }
 
 // Those of the triangles; and for lines, planes through their edges at right angles to them.

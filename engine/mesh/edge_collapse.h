@@ -52,8 +52,8 @@ class EdgeCollapse {
     void run(); // to its end, or until asked to stop
 
     uint64_t triangle_count() const { return alive_; }
-    // Points of either surface are at most kProof of these from the other. Starts at 1/64 of
-    // the limit, or of the mesh's edges.
+    // Points of either surface are at most kProof of these from the other. Starts at the limit or,
+    // with least_triangles or without a limit, at 1/64 of it, or of the mesh's edges.
     double level_mm() const { return level_; }
     const KeptEdges& kept() const { return kept_; }
 
