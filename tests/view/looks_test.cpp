@@ -50,6 +50,14 @@ TEST(Looks, DigitsAreEquallyWide) {
                 EXPECT_NE(font->FindGlyphNoFallback(sign), nullptr)
                     << sign; // 3 above, +-, alpha, Zhe
         }
+        EXPECT_EQ(bold_letters()->FontSize, font->FontSize);
+        ImDrawList list(ImGui::GetDrawListSharedData());
+        list._ResetForNewFrame();
+        for (const Icon icon : kIcons) {
+            const bool is_drawn = draw_icon(list, {50, 50}, 20.0f, icon, IM_COL32_WHITE);
+            EXPECT_EQ(is_drawn, !icons_file().empty()) << static_cast<int>(icon);
+        }
+        EXPECT_FALSE(draw_icon(list, {50, 50}, 20.0f, Icon::none, IM_COL32_WHITE));
         ImGui::DestroyContext();
     }
 }

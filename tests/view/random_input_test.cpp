@@ -210,7 +210,7 @@ using RandomRecording = RandomInput;
 TEST_P(RandomRecording, EndsTheSameWhenItIsReplayed) {
     meet(GetParam(), 600, false);
     const Script script = load_script(script_).value();
-    open_scene(Source{open_synthetic(volume_)}, script.size_px);
+    open_window(Source{open_synthetic(volume_)}, script.size_px);
     const Result<void> done = replay(viewer(), script);
     ASSERT_TRUE(done) << done.error().message;
     EXPECT_EQ(json_line(viewer().dump()), state_json_);

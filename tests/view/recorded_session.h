@@ -20,7 +20,7 @@ namespace palpate::view {
 //     drag BUTTON DX DY  from where the pointer is
 //     wheel N; type TEXT; key NAME; hold NAME; let NAME (a key, or shift, ctrl)
 //     widget ID [SHARE]  a click on a widget, at a share of its width
-//     resize W H; drop FILE; close; idle
+//     resize W H (so much more than the bars take, with_bars()); drop FILE; close; idle
 struct RecordedSteps {
     const char* name;
     const char* steps;
@@ -130,7 +130,8 @@ class RecordedSession : public ViewerTest, public ::testing::WithParamInterface<
             click_widget(first, number());
         } else if (word == "resize") {
             const auto x = static_cast<uint32_t>(number());
-            frame({{.kind = Event::Kind::resize, .size_px = {x, static_cast<uint32_t>(number())}}});
+            const glm::uvec2 size(x, static_cast<uint32_t>(number()));
+            frame({{.kind = Event::Kind::resize, .size_px = with_bars(size)}});
         } else if (word == "drop") {
             in >> first;
             frame({{.kind = Event::Kind::drop, .paths = {first}}});

@@ -123,13 +123,15 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
         const auto layout = static_cast<Layout>(random() % 3);
         const std::optional<Panel> alone =
             random() % 3 ? std::nullopt : std::optional(kPanels[random() % 4]);
-        const OpenPanels open{random() % 2 != 0, random() % 2 != 0};
-        const Places places = places_of(window, layout, kSlices[random() % 3], alone, open,
-                                        0.5 + 0.25 * static_cast<double>(random() % 15));
+        const OpenPanels open{random() % 2 != 0, random() % 2 != 0, random() % 4 != 0};
+        const double text_scale = 0.5 + 0.25 * static_cast<double>(random() % 15);
+        const Places places =
+            places_of(window, layout, kSlices[random() % 3], alone, open, text_scale);
         EXPECT_EQ(places.tools.size_px.x > 0, open.tools);
         EXPECT_EQ(places.touch.size_px.x > 0, open.touch);
+        EXPECT_EQ(places.bar.size_px.x > 0, open.bars);
         int64_t area = 0;
-        std::vector<Box> boxes{places.tools, places.touch, places.status};
+        std::vector<Box> boxes{places.tools, places.touch, places.status, places.bar};
         for (const Places::View& view : places.views)
             boxes.push_back(view.box);
         for (size_t a = 0; a < boxes.size(); ++a) {
@@ -142,14 +144,18 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
                 EXPECT_TRUE(high.x <= low.x || high.y <= low.y);
             }
         }
-        int views_width = 0;
-        for (const Places::View& view : places.views)
-            views_width = std::max(views_width, view.box.low_px.x + view.box.size_px.x);
-        EXPECT_GE(views_width, static_cast<int>(window.x / 2));
-        const int64_t gaps =
-            places.views.size() == 4
-                ? kGap_px * (int64_t{views_width} + window.y - places.status.size_px.y - kGap_px)
-                : 0;
+        glm::i64vec2 low(window), high(0); // of all views
+        for (const Places::View& view : places.views) {
+            low = glm::min(low, glm::i64vec2(view.box.low_px));
+            high = glm::max(high, glm::i64vec2(view.box.low_px + view.box.size_px));
+        }
+        const glm::i64vec2 room = high - low;
+        const glm::uvec2 bars = open.bars ? bars_px(window, text_scale) : glm::uvec2(0);
+        EXPECT_GE(room.x, (window.x - bars.x) / 2);
+        const int64_t round = open.bars ? kGap_px : 0;
+        const int64_t between =
+            places.views.size() == 4 ? kGap_px * (room.x + room.y - kGap_px) : 0;
+        const int64_t gaps = 2 * round * (room.x + room.y + 2 * round) + between;
         EXPECT_EQ(area, int64_t{window.x} * window.y - gaps);
     }
 }

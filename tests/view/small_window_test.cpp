@@ -18,7 +18,7 @@ class SmallWindow : public ViewerTest {
         source.scene.loaded.data.volume =
             make_volume(make_grid({122, 101, 112}, {3, 3, 3}, {-471.3, 271.3, 371.3}),
                         ScalarType::i16, [](glm::uvec3 i) { return 20.0 * i.x - 1000.0; });
-        open_scene(std::move(source), size_px);
+        open_window(std::move(source), size_px);
     }
     size_t count(Panel panel, const char* begin) {
         const auto& texts = viewer().interface().texts();
@@ -67,6 +67,31 @@ TEST_F(SmallWindow, NoTextOfAViewCoversAnother) {
     }
     for (const Panel panel : {Panel::axial, Panel::coronal, Panel::sagittal})
         EXPECT_EQ(count(panel, "W "), 1u); // where there is room
+}
+
+// All buttons of the tool bar can be pressed, in every window and with all letters.
+TEST_F(SmallWindow, ToolsLieWithinTheirBarAndApart) {
+    for (const glm::uvec2 size :
+         {kSmallestWindow_px, glm::uvec2(1280, 720), glm::uvec2(3840, 2160)})
+        for (const double text_scale : {1.0, 1.5, 2.0}) {
+            SCOPED_TRACE(fmt::format("{} x {} at {}", size.x, size.y, text_scale));
+            open_window(Source{open_synthetic("synthetic:ball?size=8")}, size, {}, {}, text_scale);
+            const Box bar = places_of(state()).bar;
+            std::vector<Box> buttons;
+            for (const Tool* tool : tools())
+                if (tool->title)
+                    buttons.push_back(
+                        viewer().interface().widgets().at(fmt::format("tool/{}", tool->name)));
+            buttons.push_back(viewer().interface().widgets().at("bar/picture"));
+            for (size_t i = 0; i < buttons.size(); ++i) {
+                const glm::ivec2 low = buttons[i].low_px, high = low + buttons[i].size_px;
+                EXPECT_TRUE(bar.holds(glm::dvec2(low)) && bar.holds(glm::dvec2(high - 1)));
+                EXPECT_GE(buttons[i].size_px.x, 18); // large enough to be met by a mouse
+                EXPECT_EQ(buttons[i].size_px.x, buttons[i].size_px.y);
+                const int above = i > 0 ? buttons[i - 1].low_px.y + buttons[i - 1].size_px.y : 0;
+                EXPECT_GE(low.y, above);
+            }
+        }
 }
 
 TEST_F(SmallWindow, NorDoLargeLetters) {

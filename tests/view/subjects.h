@@ -4,6 +4,7 @@
 #include <random>
 
 #include "apps/view/window/interaction.h"
+#include "tests/view/bars.h"
 
 namespace palpate::view {
 
@@ -26,7 +27,7 @@ inline Subject subject_of(const Grid& grid, glm::uvec2 size_px = {1280, 800}) {
     subject.windows = {{-160.0, 240.0}, {-1000.0, 3000.0}};
     subject.window_names = {"one", "all"};
     ViewState& home = subject.home;
-    home.size_px = size_px;
+    home.size_px = with_bars(size_px);
     home.slices = slice_views(grid);
     home.camera = frame_volume(grid, {-0.45, -1.0, 0.4}, {0, 0, 1});
     home.window = {-160.0, 240.0};

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 
@@ -20,6 +21,21 @@ TEST(Tools, HaveNamesAndKeysOfTheirOwn) {
         EXPECT_TRUE(!tool->key || keys.insert(tool->key).second) << tool->name;
         EXPECT_FALSE(std::string(tool->help).empty()) << tool->name;
     }
+}
+
+// Buttons of a group stand side by side, each with an icon of its own that the window has.
+TEST(Tools, HaveIconsInGroups) {
+    std::set<Icon> icons;
+    std::vector<ToolGroup> groups;
+    for (const Tool* tool : tools()) {
+        if (!tool->title)
+            continue;
+        EXPECT_TRUE(icons.insert(tool->icon).second) << tool->name;
+        EXPECT_NE(std::find(std::begin(kIcons), std::end(kIcons), tool->icon), std::end(kIcons))
+            << tool->name;
+        groups.push_back(tool->group);
+    }
+    EXPECT_TRUE(std::is_sorted(groups.begin(), groups.end()));
 }
 
 // The key of a tool changes what the tool's own functions change, the tool, and the hand's button.

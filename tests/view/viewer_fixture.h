@@ -6,6 +6,7 @@
 #include "apps/view/window/loop.h"
 #include "engine/session/default_scene.h"
 #include "tests/support/kept_device.h"
+#include "tests/view/bars.h"
 
 namespace palpate::view {
 
@@ -42,9 +43,17 @@ class ViewerTest : public ::testing::Test {
               HandOptions hand = {}) {
         open_scene(Source{open_synthetic(name)}, size, {}, std::move(hand));
     }
+    // In a window that is larger by its bars.
     void open_scene(Source source, glm::uvec2 size,
                     const std::optional<DisplayProfile>& display = {}, HandOptions hand = {},
                     double text_scale = 1.0) {
+        open_window(std::move(source), with_bars(size, text_scale), display, std::move(hand),
+                    text_scale);
+    }
+    // A window of exactly this size.
+    void open_window(Source source, glm::uvec2 size,
+                     const std::optional<DisplayProfile>& display = {}, HandOptions hand = {},
+                     double text_scale = 1.0) {
         time_s_ = 1.0;
         ViewerOptions options{.threaded = false, .display = display};
         options.hand = std::move(hand);
@@ -99,6 +108,8 @@ class ViewerTest : public ::testing::Test {
         for (int turns = 0; turns < 60 && widgets.count(id); ++turns) {
             const Box box = widgets.at(id);
             const Places places = places_of(state());
+            if (box.low_px.x < places.bar.size_px.x)
+                return; // nothing of the bar is ever hidden
             const Box panel = places.tools.low_px.x <= box.low_px.x ? places.tools : places.touch;
             const int middle = box.low_px.y + box.size_px.y / 2;
             const double up = panel.low_px.y - middle,

@@ -125,7 +125,7 @@ TEST_F(ViewerTest, ThePictureOfTheWindowHoldsThePicturesOfTheViews) {
     key("escape");
     click(middle(Panel::volume));
     const Image shot = viewer().shot().value();
-    EXPECT_EQ(shot.size_px, glm::uvec2(800, 600));
+    EXPECT_EQ(shot.size_px, with_bars({800, 600}));
     Renderer renderer(device());
     for (const Panel panel : kPanels) {
         const Scene scene =
@@ -352,8 +352,8 @@ TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
             EXPECT_FALSE(overlap(message, widgets.at("status/steps"))) << size.x << " " << letters;
             EXPECT_GE(message.low_px.x, 0);
             EXPECT_GE(message.low_px.y, 0);
-            EXPECT_LE(message.low_px.x + message.size_px.x, static_cast<int>(size.x));
-            EXPECT_LE(message.low_px.y + message.size_px.y, static_cast<int>(size.y));
+            EXPECT_LE(message.low_px.x + message.size_px.x, static_cast<int>(state().size_px.x));
+            EXPECT_LE(message.low_px.y + message.size_px.y, static_cast<int>(state().size_px.y));
             const int foot = places_of(state()).status.low_px.y;
             if (letters == 12 && size.x > 480) {
                 EXPECT_GE(message.low_px.y, foot); // in the line

@@ -1,7 +1,9 @@
 #include "apps/view/drawing/looks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <span>
 
 #include "apps/view/drawing/letters.h"
@@ -19,6 +21,43 @@ constexpr ImWchar kRanges[] = {0x20,   0x17F,  0x18F,  0x192,  0x1A0,  0x1B0,  0
                                0x2BC,  0x2C7,  0x370,  0x3FF,  0x400,  0x52F,  0x1E00, 0x1EFF,
                                0x2010, 0x2044, 0x2070, 0x208E, 0x20A0, 0x20BF, 0x2100, 0x2122,
                                0x2190, 0x2199, 0x2212, 0x2215, 0x2248, 0x2265, 0};
+
+// Bold letters: names and words of the window.
+constexpr ImWchar kBoldRanges[] = {0x20,   0x17F,  0x370,  0x3FF,  0x400, 0x45F,
+                                   0x2010, 0x2044, 0x2212, 0x2212, 0};
+constexpr double kIcon_px = 20.0;
+constexpr const char *kBold = "bold", *kIcon = "icons"; // names of fonts of the atlas
+
+ImFont* font_of(const char* name) {
+    for (ImFont* font : ImGui::GetIO().Fonts->Fonts)
+        if (std::strcmp(font->ConfigData->Name, name) == 0)
+            return font;
+    return nullptr;
+}
+
+void add_font(std::span<const unsigned char> file, const char* name, double size_px,
+              const ImWchar* ranges) {
+    ImFontConfig config;
+    config.PixelSnapH = true; // letters lie on whole pixels
+    config.OversampleH = config.OversampleV = 1;
+    config.FontDataOwnedByAtlas = false;
+    std::strncpy(config.Name, name, sizeof(config.Name) - 1);
+    // ImGui reads what it is given, and takes it as not constant.
+    ImGui::GetIO().Fonts->AddFontFromMemoryTTF(
+        const_cast<unsigned char*>(file.data()), static_cast<int>(file.size()),
+        static_cast<float>(std::round(size_px)), &config, ranges);
+}
+
+// Pairs of ends, and 0 as the last, of one icon each.
+const ImWchar* ranges_of_icons() {
+    static const auto ranges = [] {
+        std::array<ImWchar, 2 * std::size(kIcons) + 1> all{};
+        for (size_t i = 0; i < std::size(kIcons); ++i)
+            all[2 * i] = all[2 * i + 1] = static_cast<ImWchar>(kIcons[i]);
+        return all;
+    }();
+    return ranges.data();
+}
 
 double linear(uint32_t part) {
     const double value = part / 255.0;
@@ -39,21 +78,41 @@ double contrast(uint32_t first, uint32_t second) {
 
 void load_letters(double text_scale) {
     ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
-    ImFontConfig config;
-    config.PixelSnapH = true; // letters lie on whole pixels
-    config.OversampleH = config.OversampleV = 1;
-    const std::span<const unsigned char> letters = letters_file();
-    if (letters.empty()) {
+    if (letters_file().empty()) {
+        ImFontConfig config;
+        config.PixelSnapH = true;
+        config.OversampleH = config.OversampleV = 1;
         config.SizePixels = std::round(13.0f * static_cast<float>(text_scale));
         fonts.AddFontDefault(&config);
     } else {
-        config.FontDataOwnedByAtlas = false;
-        // ImGui reads what it is given, and takes it as not constant.
-        fonts.AddFontFromMemoryTTF(
-            const_cast<unsigned char*>(letters.data()), static_cast<int>(letters.size()),
-            static_cast<float>(std::round(kLine_px * text_scale)), &config, kRanges);
+        add_font(letters_file(), "letters", kLine_px * text_scale, kRanges);
     }
+    if (!bold_file().empty())
+        add_font(bold_file(), kBold, kLine_px * text_scale, kBoldRanges);
+    if (!icons_file().empty())
+        add_font(icons_file(), kIcon, kIcon_px * text_scale, ranges_of_icons());
     fonts.Build();
+}
+
+ImFont* bold_letters() {
+    ImFont* const bold = font_of(kBold);
+    return bold ? bold : ImGui::GetIO().Fonts->Fonts[0];
+}
+
+bool draw_icon(ImDrawList& list, ImVec2 middle, float size_px, Icon icon, ImU32 color) {
+    ImFont* const font = font_of(kIcon);
+    const auto code = static_cast<ImWchar>(icon);
+    const ImFontGlyph* const glyph = font ? font->FindGlyphNoFallback(code) : nullptr;
+    if (!glyph)
+        return false;
+    const float scale = size_px / font->FontSize;
+    const auto from = [&](float at, float low, float high) { // on whole pixels: sharp
+        return std::round(at - 0.5f * scale * (low + high));
+    };
+    font->RenderChar(&list, size_px,
+                     {from(middle.x, glyph->X0, glyph->X1), from(middle.y, glyph->Y0, glyph->Y1)},
+                     color, code);
+    return true;
 }
 
 void set_lengths(double text_scale) {

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "apps/view/drawing/icons.h"
+
 namespace palpate::view {
 
 // The looks of the interface: its letters and its colours.
@@ -63,8 +65,13 @@ inline ImVec4 rgb_color(uint32_t rgb, float opacity = 1.0f) {
 }
 
 // Letters of the interface in the current context of ImGui, at the size of 13 pixels times
-// `text_scale`: Noto Sans as the build has found it, else ImGui's own.
+// `text_scale`: Noto Sans as the build has found it, else ImGui's own. And bold ones, and icons.
 void load_letters(double text_scale);
+ImFont* bold_letters(); // those of the text where the build has found no bold ones
+
+// Draws an icon of this size about a point. False: there is no such icon, or the build has found
+// no font of icons, and nothing is drawn.
+bool draw_icon(ImDrawList& list, ImVec2 middle, float size_px, Icon icon, ImU32 color);
 
 // Lengths of the style, once.
 void set_lengths(double text_scale);

@@ -183,6 +183,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         ui_.pointed_out.clear();
     ui_.places.clear();
     texts_.clear();
+    draw_tool_bar(ui_, state);
     draw_side_panel(ui_, side_, state, work);
     draw_status(ui_, status_, state, work);
     draw_touch_panel(ui_, touch_, state, work);

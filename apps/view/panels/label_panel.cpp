@@ -177,7 +177,7 @@ void draw_label_figures(Widgets& ui, ViewState& state, Work& work) {
 
 void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewState& state,
                       Work& work) {
-    draw_tool_buttons(ui, state);
+    draw_tool_size(ui, state);
     draw_only_values(ui, ends, state, work);
     ImGui::Separator();
     draw_label_looks(ui, state);

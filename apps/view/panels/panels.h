@@ -88,6 +88,7 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state);
 void draw_series_list(Widgets& ui, ViewState& state, Work& work);
 
 // Windows beside and over the views.
+void draw_tool_bar(Widgets& ui, ViewState& state);
 void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& work);
 void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work);
 void draw_help(ViewState& state);
@@ -99,7 +100,7 @@ void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState&
 void draw_opening(Widgets& ui, const ViewState& state);
 
 // Parts that several panels have.
-void draw_tool_buttons(Widgets& ui, ViewState& state);
+void draw_tool_size(Widgets& ui, ViewState& state); // of the one in the hand, and its kind
 void draw_label_looks(Widgets& ui, ViewState& state);
 void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed);
 void draw_values(const ValueStatistics& values, const std::string& unit); // a small table

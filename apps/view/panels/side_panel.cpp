@@ -83,11 +83,8 @@ void draw_side_panel(Widgets& ui, SidePanel& panel, ViewState& state, Work& work
     if (box.size_px.x > 0) {
         place_window(box);
         ImGui::Begin("tools", nullptr,
-                     ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
-                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                         ImGuiWindowFlags_NoBringToFrontOnFocus |
-                         ImGuiWindowFlags_NoFocusOnAppearing |
-                         ImGuiWindowFlags_AlwaysVerticalScrollbar); // else lines move as it comes
+                     kFixedWindow | ImGuiWindowFlags_AlwaysVerticalScrollbar); // else lines
+                                                                               // move as it comes
         draw_tabs(ui, state);
         draw_title(ui, state, work);
         ImGui::PushItemWidth(-ImGui::CalcTextSize("thickness_").x);

@@ -18,20 +18,21 @@ void draw_long_message(Widgets& ui, const ViewState& state, const std::string& t
     const Places places = places_of(state);
     const ImVec2 pad(6.0f, 4.0f);
     const auto foot = static_cast<float>(places.status.low_px.y);
-    float width = 0.0f, height = 0.0f;
-    const auto fit = [&](int to_px) {
-        width = static_cast<float>(to_px);
+    float left = 0.0f, width = 0.0f, height = 0.0f;
+    const auto fit = [&](int from_px, int to_px) {
+        left = static_cast<float>(from_px);
+        width = static_cast<float>(to_px - from_px);
         height = 2.0f * pad.y +
                  ImGui::CalcTextSize(told.c_str(), nullptr, false, width - 2.0f * pad.x).y;
     };
     int views_end = 0;
     for (const Places::View& view : places.views)
         views_end = std::max(views_end, view.box.low_px.x + view.box.size_px.x);
-    fit(views_end);
+    fit(places.bar.size_px.x, views_end);
     if (height > 0.5f * foot)
-        fit(places.status.size_px.x);
+        fit(0, places.status.size_px.x);
     height = std::min(height, foot);
-    ImGui::SetNextWindowPos(ImVec2(0.0f, foot - height));
+    ImGui::SetNextWindowPos(ImVec2(left, foot - height));
     ImGui::SetNextWindowSize(ImVec2(width, height));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, pad);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1.0f, 1.0f));

@@ -13,30 +13,9 @@
 
 namespace palpate::view {
 
-void draw_tool_buttons(Widgets& ui, ViewState& state) {
-    size_t buttons = 0;
-    const auto next_column = [&] { // of two
-        if (buttons % 2 == 1)
-            ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-    };
-    for (const Tool* tool : tools()) {
-        if (!tool->title)
-            continue;
-        next_column();
-        const std::string name = fmt::format("{}##tool", tool->title); // a tab is named as one is
-        if (ImGui::RadioButton(name.c_str(), state.tool == tool))
-            state.tool = tool;
-        if (ImGui::IsItemHovered())
-            ImGui::SetTooltip("%s", fmt::format("{}: {}", key_of(*tool), tool->help).c_str());
-        ui.note(fmt::format("tool/{}", tool->name));
-        ++buttons;
-    }
-    if (state.tool->kind) { // beside the last one
-        next_column();
-        const std::string kind = state.tool->kind(state);
-        const std::string whole = fmt::format("{}: {}", state.tool->title, kind);
-        const bool fits = ImGui::CalcTextSize(whole.c_str()).x <= ImGui::GetContentRegionAvail().x;
-        ImGui::TextDisabled("%s", (fits ? whole : kind).c_str());
+void draw_tool_size(Widgets& ui, ViewState& state) {
+    if (state.tool->kind) {
+        ImGui::TextDisabled("%s: %s", state.tool->title, state.tool->kind(state).c_str());
         ui.note("tool/kind");
     }
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
@@ -52,7 +31,7 @@ void draw_label_looks(Widgets& ui, ViewState& state) {
 namespace {
 
 void draw_tool(Widgets& ui, ViewState& state, Work& work) {
-    draw_tool_buttons(ui, state);
+    draw_tool_size(ui, state);
     int label = state.label;
     if (ImGui::InputInt("label", &label))
         state.label = static_cast<uint16_t>(std::clamp(label, 1, 65535));

@@ -27,6 +27,12 @@ inline void place_window(const Box& box) {
         ImVec2(static_cast<float>(box.size_px.x), static_cast<float>(box.size_px.y)));
 }
 
+// A window that stays where it is put.
+constexpr ImGuiWindowFlags kFixedWindow =
+    ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+    ImGuiWindowFlags_NoFocusOnAppearing;
+
 // Begins a window in the middle, over the views; `open`: it has a button that closes it.
 inline void begin_dialog(const char* title, bool* open, const ViewState& state,
                          ImGuiWindowFlags size = ImGuiWindowFlags_AlwaysAutoResize) {

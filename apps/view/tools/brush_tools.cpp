@@ -29,11 +29,13 @@ void abort_stroke(const ToolEvent& at) {
 
 // `stroke`: what it does; `first_button`: Tool::first_button.
 static constexpr Tool brush(const char* name, const char* title, const char* key, const char* help,
-                            Carve stroke, std::optional<Carve> first_button) {
+                            Icon icon, Carve stroke, std::optional<Carve> first_button) {
     return {.name = name,
             .title = title,
             .key = key,
             .help = help,
+            .icon = icon,
+            .group = ToolGroup::paint,
             .press = press_stroke,
             .drag = drag_stroke,
             .release = end_stroke,
@@ -44,13 +46,13 @@ static constexpr Tool brush(const char* name, const char* title, const char* key
 }
 
 constinit const Tool kDrawTool =
-    brush("draw", "draw", "b", "draws the label", Carve::draw, Carve::draw);
+    brush("draw", "draw", "b", "draws the label", Icon::brush, Carve::draw, Carve::draw);
 constinit const Tool kEraseTool =
-    brush("erase", "erase", "e", "sets labels to 0", Carve::erase, Carve::erase);
+    brush("erase", "erase", "e", "sets labels to 0", Icon::eraser, Carve::erase, Carve::erase);
 constinit const Tool kSeedTool =
-    brush("seed", "seeds", "q", "where objects are, for a segmentation (tab segment)", Carve::seed,
-          std::nullopt);
+    brush("seed", "seeds", "q", "where objects are, for a segmentation (tab segment)", Icon::target,
+          Carve::seed, std::nullopt);
 constinit const Tool kCutTool =
-    brush("cut", "cut", "x", "cuts grey values away", Carve::cut, Carve::cut);
+    brush("cut", "cut", "x", "cuts grey values away", Icon::cut, Carve::cut, Carve::cut);
 
 } // namespace palpate::view

@@ -61,6 +61,7 @@ constinit const Tool kCrosshairTool{.name = "crosshair",
                                     .title = "crosshair",
                                     .key = "c",
                                     .help = "shows one place in all views",
+                                    .icon = Icon::crosshair,
                                     .press = press_crosshair,
                                     .drag = drag_crosshair,
                                     .first_button = Carve::nothing};

@@ -233,6 +233,8 @@ constinit const Tool kMeasureTool{
     .title = "measure",
     .key = "m",
     .help = "ruler, angle, polygon, sphere, by turns; Delete removes (tab measure)",
+    .icon = Icon::ruler,
+    .group = ToolGroup::measure,
     .press = press_measure,
     .drag = drag_measure,
     .release = release_measure,

@@ -53,6 +53,7 @@ constinit const Tool kPullTool{
     .title = nullptr, // a mesh comes first: the tab segment has both
     .key = nullptr,
     .help = "pulls the mesh of a label",
+    .group = ToolGroup::paint,
     .press = press_mesh,
     .drag = drag_mesh,
     .release = [](const ToolEvent& at) { at.order(order::PullUp{}); },

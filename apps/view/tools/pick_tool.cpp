@@ -74,6 +74,7 @@ constinit const Tool kPickTool{
     .title = "pick",
     .key = "z",
     .help = "the label under the pointer, or by a drag the grey values, for the brush",
+    .icon = Icon::eyedropper,
     .press = press_pick,
     .drag = drag_pick,
     .release = release_pick,

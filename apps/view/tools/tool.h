@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "apps/view/drawing/icons.h"
 #include "apps/view/window/interaction.h"
 
 struct ImDrawList;
@@ -30,14 +31,18 @@ struct ToolEvent {
     void tell(std::string words) const { order(order::Tell{std::move(words)}); }
 };
 
+enum class ToolGroup { point, paint, measure }; // of buttons on the tool bar, from above
+
 // A tool of the left button, as one value of the table tools(). Keys, the tool bar and the help are
 // made from the table (docs/recipes/tool.md). A function that a tool does not have is null. All but
 // marks are pure, as after() is. What a tool has to remember is ViewState::own.of<Its type>().
 struct Tool {
-    const char* name;  // in states; its button has the id "tool/<name>"
-    const char* title; // on the tool bar; null: it has no button there
-    const char* key;   // that takes it into the hand; null: none
-    const char* help;  // one line
+    const char* name;       // in states; its button has the id "tool/<name>"
+    const char* title;      // null: it has no button on the tool bar
+    const char* key;        // that takes it into the hand; null: none
+    const char* help;       // one line
+    Icon icon = Icon::none; // of its button; none: the first letters of the title
+    ToolGroup group = ToolGroup::point;
 
     // A press. Nothing: the tool has no use for it, and the view takes it: in 3D it moves the
     // camera, in a slice the crosshair. Drag::Kind::tool: what follows is the tool's drag.
@@ -71,7 +76,7 @@ struct Tool {
     std::string (*kind)(const ViewState&) = nullptr;
 };
 
-// All tools, in the order of the tool bar.
+// All tools. Those of a group follow each other, in the order of the tool bar.
 std::span<const Tool* const> tools();
 
 std::string key_of(const Tool& tool); // "B", for help

@@ -11,9 +11,9 @@
 namespace palpate::view {
 
 std::span<const Tool* const> tools() {
-    static constexpr const Tool* all[] = {&kCrosshairTool, &kMeasureTool, &kDrawTool,
-                                          &kEraseTool,     &kWireTool,    &kSeedTool,
-                                          &kCutTool,       &kPickTool,    &kPullTool};
+    static constexpr const Tool* all[] = {&kCrosshairTool, &kPickTool, &kDrawTool,
+                                          &kEraseTool,     &kWireTool, &kSeedTool,
+                                          &kCutTool,       &kPullTool, &kMeasureTool};
     return all;
 }
 

@@ -133,6 +133,8 @@ constinit const Tool kWireTool{
     .title = "live-wire",
     .key = "u",
     .help = "a contour along edges; click: freeze; Enter, double click: fill",
+    .icon = Icon::polyline,
+    .group = ToolGroup::paint,
     .press = press_wire,
     .hover = follow_wire,
     .cancel = cancel_wire,

@@ -20,16 +20,36 @@ const char* name_of(Layout layout) {
     return names[static_cast<size_t>(layout)];
 }
 
+namespace {
+
+int scaled(double px, double text_scale) {
+    return static_cast<int>(std::lround(px * text_scale));
+}
+
+// Small windows with large letters have narrow bars.
+int tool_bar_px(glm::uvec2 window_px, double text_scale) {
+    return std::min(scaled(44, text_scale), static_cast<int>(window_px.x / 10));
+}
+
+} // namespace
+
+glm::uvec2 bars_px(glm::uvec2 window_px, double text_scale) {
+    return glm::uvec2(tool_bar_px(window_px, text_scale), 0) + 2u * kGap_px;
+}
+
 Places places_of(glm::uvec2 window_px, Layout layout, Panel slice, std::optional<Panel> alone,
                  OpenPanels open, double text_scale) {
     const glm::ivec2 window(window_px);
-    const auto scaled = [&](double px) { return static_cast<int>(std::lround(px * text_scale)); };
+    const glm::ivec2 bars(open.bars ? bars_px(window_px, text_scale) : glm::uvec2(0));
+    const int gap = open.bars ? kGap_px : 0, bar = bars.x - 2 * gap;
+    const glm::ivec2 inner = window - bars; // room of views and panels
     Places places;
-    const int status = std::min(scaled(22), window.y / 4);
-    const int width = std::min(scaled(264), window.x / 2); // of a panel
+    const int status = std::min(scaled(22, text_scale), inner.y / 4);
+    const int width = std::min(scaled(264, text_scale), inner.x / 2); // of a panel
     const int height = window.y - status;
     places.status = {{0, height}, {window.x, status}};
-    const bool is_stacked = open.tools && open.touch && window.x - 2 * width < window.x / 2;
+    places.bar = {{0, 0}, {bar, bar > 0 ? height : 0}};
+    const bool is_stacked = open.tools && open.touch && inner.x - 2 * width < inner.x / 2;
     const int tools_height = is_stacked ? height / 2 : height;
     const int tools = open.tools ? width : 0;
     places.tools = {{window.x - tools, 0}, {tools, tools_height}};
@@ -38,17 +58,17 @@ Places places_of(glm::uvec2 window_px, Layout layout, Panel slice, std::optional
         places.touch = {{window.x - width, tools_height}, {width, height - tools_height}};
     else
         places.touch = {{window.x - tools - beside, 0}, {beside, height}};
-    const glm::ivec2 room(window.x - tools - beside, height);
+    const glm::ivec2 origin(bar + gap, gap), room(inner.x - tools - beside, inner.y - status);
     if (alone || layout != Layout::four) {
         const Panel only = alone ? *alone : layout == Layout::volume ? Panel::volume : slice;
-        places.views = {{only, {{0, 0}, room}}};
+        places.views = {{only, {origin, room}}};
         return places;
     }
     const glm::ivec2 first = (room - kGap_px) / 2, second = room - kGap_px - first;
-    const glm::ivec2 at = first + kGap_px;
-    places.views = {{Panel::axial, {{0, 0}, first}},
-                    {Panel::volume, {{at.x, 0}, {second.x, first.y}}},
-                    {Panel::coronal, {{0, at.y}, {first.x, second.y}}},
+    const glm::ivec2 at = origin + first + kGap_px;
+    places.views = {{Panel::axial, {origin, first}},
+                    {Panel::volume, {{at.x, origin.y}, {second.x, first.y}}},
+                    {Panel::coronal, {{origin.x, at.y}, {first.x, second.y}}},
                     {Panel::sagittal, {at, second}}};
     return places;
 }

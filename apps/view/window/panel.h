@@ -35,7 +35,8 @@ struct Box {
 // A window smaller than this has no room for its views.
 constexpr glm::uvec2 kSmallestWindow_px{480, 320};
 
-// The places of everything in the window. Two panels are kGap_px apart.
+// The places of everything in the window. Views are kGap_px apart from each other and, where there
+// are bars, from what is round them.
 struct Places {
     struct View {
         Panel panel;
@@ -45,11 +46,15 @@ struct Places {
     // The side panel, the panel of touch (each is empty when it is closed) and the line at the
     // bottom. None covers another, nor a view.
     Box tools, touch, status;
+    Box bar; // of the tools, at the left; empty without bars
 };
 constexpr int kGap_px = 2;
 struct OpenPanels {
-    bool tools = true, touch = false;
+    bool tools = true, touch = false, bars = true;
 };
+// The pixels that bars and the gaps round the views take of a window: it has as much room for views
+// and panels as one without bars that is smaller by them.
+glm::uvec2 bars_px(glm::uvec2 window_px, double text_scale);
 // `alone`: a panel that fills the room of all views, whatever the layout. `slice` is the one of
 // Layout::slice. text_scale: of letters, 1 is 13 pixels. The panel of touch lies beside the side
 // panel, or below it where the views would else have less than half of the window's width.

@@ -45,7 +45,7 @@ GreyWindow with_high(GreyWindow window, double high, double least, GreyWindow li
 Places places_of(const ViewState& state) {
     const auto places = [&](glm::uvec2 size_px) {
         return places_of(size_px, state.layout, state.slice, state.alone,
-                         {state.tools_open, state.touch_open}, state.text_scale);
+                         {state.tools_open, state.touch_open, state.bars_open}, state.text_scale);
     };
     Places all = places(state.size_px);
     if (!state.status_open) { // it lies below the window

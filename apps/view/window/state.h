@@ -97,6 +97,7 @@ struct ViewState {
     std::optional<Panel> alone; // fills the room of all views
     bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
     bool status_open = true;     // the line at the bottom
+    bool bars_open = true;       // beside the views: of tools
     bool saving_open = false;    // the question where to; keys are for it alone
     bool saving_typing = false;  // its text field takes the keys from the next frame on
     bool saving_entered = false; // Enter was pressed, and not in a text field

@@ -54,7 +54,7 @@ void Viewer::begin(Source source) {
         use_profile(state_.stereo, *options_.display);
     if (options_.volume_alone) {
         state_.layout = Layout::volume;
-        state_.tools_open = state_.status_open = state_.notes_shown = false;
+        state_.tools_open = state_.status_open = state_.bars_open = state_.notes_shown = false;
     }
     if (!options_.hand.device.empty()) {
         begin_hand(state_, work_->subject());

@@ -14,6 +14,8 @@ import zlib
 import numpy
 
 VOLUME = "synthetic:phantom?size=32"
+BARS, GAP = (44, 0), 2  # what the bars take at the left and at the top, and what lies round the views
+VIEWS = (BARS[0] + GAP, BARS[1] + GAP)  # the first pixel of the views
 NEEDED = ("Xvfb", "openbox", "xdotool")
 LONGEST_S = 60  # of any step, on a busy machine
 
@@ -100,7 +102,8 @@ def save_png(path, picture):
 
 
 class Person:
-    """One window, and who works in it."""
+    """One window, and who works in it. Places are pixels from the first one of the views; `size` is that of
+    a window without bars."""
 
     def __init__(self, program, screen, name, volume=VOLUME, options=(), size=(800, 600), home=None):
         self.screen, self.name = screen, name
@@ -116,7 +119,7 @@ class Person:
         self.messages = open(os.path.join(self.folder, "messages"), "w+")
         options = list(options)
         if "--full-screen" not in options:
-            options += ["--size", f"{size[0]},{size[1]}"]
+            options += ["--size", f"{size[0] + BARS[0] + 2 * GAP},{size[1] + BARS[1] + 2 * GAP}"]
         self.origin = (0, 0)
         self.pointer = None  # where a step has put it
         self.process = subprocess.Popen(
@@ -169,7 +172,7 @@ class Person:
 
     def at(self, x, y):
         if self.pointer != (x, y):
-            self.do("mousemove", "--window", self.window, x, y)
+            self.do("mousemove", "--window", self.window, x + VIEWS[0], y + VIEWS[1])
         self.pointer = (x, y)
 
     def click(self, x, y, button=1):
@@ -204,8 +207,8 @@ class Person:
         self.at(x, y)
         self.do("mousedown", button)
         for i in range(1, steps + 1):
-            self.do("mousemove", "--window", self.window, x + round(by[0] * i / steps),
-                    y + round(by[1] * i / steps))
+            self.do("mousemove", "--window", self.window, VIEWS[0] + x + round(by[0] * i / steps),
+                    VIEWS[1] + y + round(by[1] * i / steps))
         self.pointer = (x + by[0], y + by[1])
         self.do("mouseup", button)
 
@@ -232,7 +235,8 @@ class Person:
                               self.record_file, "--state", "-"], capture_output=True, text=True,
                              check=True, cwd=self.folder, env=self.environment)
         self.replayed = json.loads(ran.stdout)
-        return self.replayed["widgets"]
+        return {name: [left - VIEWS[0], top - VIEWS[1], width, height]
+                for name, (left, top, width, height) in self.replayed["widgets"].items()}
 
     def widget(self, name, x=None):
         """A click on a widget; x: pixels from its left."""

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+namespace palpate::view {
+
+// The icons of the window: codes of glyphs of Material Design Icons (drawing/letters.h).
+enum class Icon : uint16_t {
+    none = 0,
+    brush = 0xF0E3,
+    camera = 0xF100,
+    crosshair = 0xF1A4,
+    cube = 0xF1A7,
+    cut = 0xF190,
+    eraser = 0xF1FE,
+    eyedropper = 0xF20A,
+    polyline = 0xF561,
+    redo = 0xF44F,
+    ruler = 0xF46D,
+    save = 0xF193,
+    target = 0xF4FE,
+    undo = 0xF54D,
+};
+// All but none.
+constexpr Icon kIcons[] = {Icon::brush,  Icon::camera,     Icon::crosshair, Icon::cube, Icon::cut,
+                           Icon::eraser, Icon::eyedropper, Icon::polyline,  Icon::redo, Icon::ruler,
+                           Icon::save,   Icon::target,     Icon::undo};
+
+} // namespace palpate::view
