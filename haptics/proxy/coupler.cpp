@@ -183,8 +183,10 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     // While behind it fades, and comes again as an edit is felt.
     const double fade = dt / kFade_s;
     const double comes = felt > 0.0 ? std::min(fade, kBleed_n_per_s * dt / felt) : fade;
-    presence_ =
-        geometry.is_behind ? std::max(0.0, presence_ - fade) : std::min(1.0, presence_ + comes);
+    if (geometry.is_behind)
+        presence_ = std::max(0.0, presence_ - fade);
+    else if (!geometry.lacks_data) // where nothing is known, no force comes
+        presence_ = std::min(1.0, presence_ + comes);
     output.force_n *= presence_ * trust_;
     const dvec3 normal = is_inside ? yielding_.normal() : geometry.normal;
     // A tool larger than what is felt makes its own room, and the hand touches nothing meanwhile.

@@ -227,8 +227,13 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     geometry.normal = s.normal;
     // In material that it yielded into, its contacts are those of the way in.
     const dvec3 push = is_inside ? dvec3(0.0) : unit_or_zero(s.proxy - hand);
-    geometry.lacks_data =
+    const bool lacks_data =
         contacts_.lacks_data(s.proxy, push, {before.held.data(), before.held_count});
+    // After a gap in which all force has gone, the tool begins anew at the hand, deep in material.
+    // Contacts beside the gap hold it on its way out; what matters are those where it comes to
+    // rest.
+    geometry.lacks_data = lacks_data || (lacked_data_ && s.catching_up_s > 0.0);
+    lacked_data_ = geometry.lacks_data;
     std::optional<Feel> feel;
     if (geometry.touching || is_inside || s.proxy != hand)
         feel = contacts_.feel_at(s.proxy, push, q);
@@ -240,7 +245,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     output.torque_nm = torque_of(input, glm::distance(input.tool.position_mm, tool_mm_),
                                  has_surface_changed, output.force_n);
     tool_mm_ = input.tool.position_mm;
-    if (!geometry.lacks_data) {
+    if (!lacks_data) {
         s.stamps = contacts_.stamps_about(s.proxy);
         return output;
     }

@@ -32,9 +32,9 @@ namespace palpate::haptics {
 // so deep that the field has no slope, the last normal holds; where there is none, or where it
 // was half a sample or more in material for 0.1 s after a start or an edit, the tool is `submerged`
 // until none of it is. Where contacts that push it are made of samples without data, it is
-// `unknown`, as a point is.
-// While nothing changes but the hand, it lengthens the spring by no more than contacts may err
-// (proxy_account.h).
+// `unknown`, as a point is; after a gap without force until it rests on samples with data, but no
+// longer than 0.1 s beyond it. While nothing changes but the hand, it lengthens the spring by no
+// more than contacts may err (proxy_account.h).
 std::unique_ptr<Algorithm> make_swept_tool();
 
 } // namespace palpate::haptics

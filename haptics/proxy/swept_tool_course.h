@@ -67,6 +67,7 @@ class SweptTool final : public Algorithm {
         coupler_.reset(state_.proxy);
         lever_mm_ = torque_nm_ = dvec3(0.0);
         torque_watch_s_ = 0.0;
+        lacked_data_ = false;
         torque_bleed_.forget();
         tool_mm_ = state_.proxy;
     }
@@ -101,6 +102,7 @@ class SweptTool final : public Algorithm {
     ToolContacts contacts_;
     dvec3 lever_mm_{0.0};         // of the contacts' force, when they were last asked
     dvec3 torque_nm_{0.0};        // of the last tick
+    bool lacked_data_ = false;    // in the last tick
     double torque_watch_s_ = 0.0; // since what is felt was exchanged
     Bleed torque_bleed_;          // of torque, Nm
     dvec3 tool_mm_{0.0};          // of the last tick

@@ -58,6 +58,50 @@ TEST(Gap, ForceFadesInBandsWithoutDataAndComesAgainByTheRateOfEdits) {
     expect_faded({.tilt = 80.0, .azimuth = 10.0, .hertz = 10000.0, .seed = 31});
 }
 
+// A ball that is wider than the band begins anew in material, and contacts beside the band may hold
+// it on its way out: single ticks of a force that is not there.
+TEST(Gap, AWideBallFeelsNothingUntilItIsKnownWhereItRests) {
+    GapCase c{.algorithm = "swept-tool",
+              .tilt = 30.0,
+              .azimuth = 180.0,
+              .width_mm = 5.0,
+              .radius_mm = 4.0,
+              .seed = 1134};
+    expect_faded(c);
+    c = {.algorithm = "swept-tool",
+         .value = -kInfinity,
+         .azimuth = 90.0,
+         .radius_mm = 4.0,
+         .hertz = 100.0,
+         .yield_n = 0.8,
+         .seed = 1292};
+    expect_faded(c);
+    c = {.algorithm = "swept-tool",
+         .source = TouchSource::labels,
+         .azimuth = 180.0,
+         .radius_mm = 4.0,
+         .seed = 1311};
+    expect_faded(c);
+    // Away from the band it is felt as ever, before and after.
+    c = {.algorithm = "swept-tool", .radius_mm = 4.0, .seed = 90};
+    ASSERT_TRUE(is_sound_at_ends(c));
+    expect_faded(c);
+}
+
+// The hand goes in so fast that the ball is left behind, and its spring is long when the samples
+// that it is over have no data: no force comes then.
+TEST(Gap, ForceThatFadedBehindTheHandStaysAway) {
+    expect_faded({.algorithm = "swept-tool",
+                  .source = TouchSource::labels,
+                  .value = kInfinity,
+                  .tilt = 30.0,
+                  .azimuth = 180.0,
+                  .width_mm = 0.6,
+                  .radius_mm = 4.0,
+                  .hertz = 100.0,
+                  .seed = 3127});
+}
+
 TEST(Gap, PrintedAlgorithmsFadeToo) {
     uint64_t seed = 50;
     for (const AlgorithmEntry& entry : algorithms())
