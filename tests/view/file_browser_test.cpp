@@ -7,6 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -31,10 +34,73 @@ TEST_F(Files, FoldersComeFirstAndHiddenNamesNot) {
     ASSERT_TRUE(list) << list.error().message;
     const std::vector<BrowserEntry> expected{
         {"z", true, 0}, {"a.nii", false, 1}, {"b.nii", false, 5}, {"link", false, 0}};
-    EXPECT_EQ(*list, expected);
+    std::vector<BrowserEntry> dateless = *list;
+    for (BrowserEntry& entry : dateless)
+        entry.modified_s = 0;
+    EXPECT_EQ(dateless, expected);
     const auto none = list_folder(file("none"));
     ASSERT_FALSE(none);
     EXPECT_THAT(none.error().message, HasSubstr("none: cannot be read"));
+}
+
+TEST_F(Files, EntriesHaveTheirDates) {
+    write("old.nii", "1");
+    write("new.nii", "1");
+    const timespec old_s[] = {{1000000000, 0}, {1000000000, 0}}; // 2001-09-09
+    ASSERT_EQ(::utimensat(AT_FDCWD, file("old.nii").c_str(), old_s, 0), 0);
+    const auto list = list_folder(file("."));
+    ASSERT_TRUE(list) << list.error().message;
+    EXPECT_EQ((*list)[1].name, "old.nii");
+    EXPECT_EQ((*list)[1].modified_s, 1000000000);
+    struct stat now {};
+    ASSERT_EQ(::stat(file("new.nii").c_str(), &now), 0);
+    EXPECT_EQ((*list)[0].modified_s, now.st_mtime);
+}
+
+TEST(EntryOrders, FoldersStayFirst) {
+    const std::vector<BrowserEntry> all{{"b", true, 0, 5},
+                                        {"a", true, 0, 9},
+                                        {"y", false, 7, 3},
+                                        {"x", false, 7, 1},
+                                        {"z", false, 2, 2}};
+    const auto names = [&](EntryOrder order, bool falls) {
+        std::vector<BrowserEntry> sorted = all;
+        sort_entries(sorted, order, falls);
+        std::string text;
+        for (const BrowserEntry& entry : sorted)
+            text += entry.name;
+        return text;
+    };
+    EXPECT_EQ(names(EntryOrder::name, false), "abxyz");
+    EXPECT_EQ(names(EntryOrder::name, true), "bazyx");
+    EXPECT_EQ(names(EntryOrder::size, true), "bayxz");
+    EXPECT_EQ(names(EntryOrder::date, true), "abyzx");
+    EXPECT_EQ(names(EntryOrder::date, false), "baxzy");
+}
+
+TEST(ListedEntries, HoldAPartOfAName) {
+    const std::vector<BrowserEntry> all{{"CT", true},  {"head_ct.nii.gz"}, {"notes.txt"},
+                                        {"IM0001"},    {"ct.001"},         {"1.2.840.113"},
+                                        {"Scan.NRRD"}, {"ct.pdf"},         {"thesis.doc"}};
+    using ::testing::ElementsAre;
+    EXPECT_THAT(listed_entries(all, "", false), ElementsAre(0, 1, 3, 4, 5, 6));
+    EXPECT_THAT(listed_entries(all, "", true), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
+    EXPECT_THAT(listed_entries(all, "ct", false), ElementsAre(0, 1, 4));
+    EXPECT_THAT(listed_entries(all, "CT", true), ElementsAre(0, 1, 4, 7));
+    EXPECT_TRUE(listed_entries(all, "quux", true).empty());
+}
+
+TEST_F(Files, PlacesAreThoseThatAreThereOnce) {
+    fs::create_directories(file("home/scans"));
+    fs::create_directories(file("media/not_mounted"));
+    const std::vector<std::string> recent{file("home/scans/a.nii"), file("home/scans/b.nii"),
+                                          file("gone/c.nii"), "synthetic:ball"};
+    const std::vector<BrowserPlace> expected{{"home", file("home")}, {"scans", file("home/scans")}};
+    EXPECT_EQ(browser_places(file("home"), recent, {file("media"), file("none")}), expected);
+    EXPECT_TRUE(browser_places("", {}, {}).empty());
+    // A file system that is mounted: /proc, everywhere that these tests run.
+    const auto disks = browser_places("", {}, {"/"});
+    EXPECT_EQ(std::count(disks.begin(), disks.end(), BrowserPlace{"proc", "/proc"}), 1);
 }
 
 TEST_F(Files, AFreeNameIsNumberedBeforeItsWholeEnding) {

@@ -3,6 +3,9 @@
 #include <imgui/imgui.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include "apps/view/panels/panels.h"
@@ -22,6 +25,21 @@ std::string size_text(uint64_t bytes) {
                      : fmt::format("{:.1f} GB", b / 1e9);
 }
 
+std::string date_text(int64_t modified_s) {
+    std::tm day{};
+    const auto time = static_cast<std::time_t>(modified_s);
+    std::array<char, 32> text{};
+    if (modified_s == 0 || !::localtime_r(&time, &day) ||
+        std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &day) == 0)
+        return "";
+    return text.data();
+}
+
+void type(TypedText& typed, const std::string& text) {
+    typed = {};
+    text.copy(typed.data(), typed.size() - 1);
+}
+
 void browse(Browser& panel, const fs::path& folder) {
     Result<std::vector<BrowserEntry>> list = list_folder(folder);
     panel.error = list ? "" : list.error().message;
@@ -29,95 +47,257 @@ void browse(Browser& panel, const fs::path& folder) {
         return; // stay where it can be read
     panel.folder = folder.string();
     panel.entries = list ? std::move(*list) : std::vector<BrowserEntry>{};
-    panel.typed = {};
-    panel.folder.copy(panel.typed.data(), panel.typed.size() - 1);
+    sort_entries(panel.entries, panel.order, panel.falls);
+}
+
+fs::path home() {
+    const char* home = std::getenv("HOME");
+    return home ? home : "";
+}
+
+std::vector<fs::path> mounts() {
+    const char* user = std::getenv("USER");
+    std::vector<fs::path> all{"/media", "/mnt", "/run/media"};
+    if (user) {
+        all.push_back(fs::path("/media") / user);
+        all.push_back(fs::path("/run/media") / user);
+    }
+    return all;
+}
+
+// What the field says: a path as it is, one from the home folder, or a name in the folder.
+fs::path typed_path(const Browser& panel) {
+    const std::string text = panel.typed.data();
+    if (text.starts_with("synthetic:"))
+        return text;
+    if (text == "~" || text.starts_with("~/"))
+        return home() / text.substr(std::min<size_t>(2, text.size()));
+    const bool here = fs::path(panel.folder) == fs::current_path();
+    return here ? fs::path(text) : fs::path(panel.folder) / text; // short where it can be
+}
+
+// The part of a name that is sought; a path is not sought among names.
+std::string sought(const Browser& panel) {
+    const std::string text = panel.typed.data();
+    return text.find('/') == std::string::npos ? text : "";
+}
+
+struct Choice { // of a frame
+    fs::path folder{}, file{};
+};
+
+void draw_places(Widgets& ui, const Browser& panel, Choice& choice) {
+    for (size_t i = 0; i < panel.places.size(); ++i) {
+        const BrowserPlace& place = panel.places[i];
+        ImGui::PushID(static_cast<int>(i));
+        if (ImGui::Selectable(fitted(place.name, ImGui::GetContentRegionAvail().x).c_str(),
+                              place.folder == fs::path(panel.folder)))
+            choice.folder = place.folder;
+        if (ImGui::IsItemHovered())
+            ImGui::SetTooltip("%s", place.folder.c_str());
+        ui.note(fmt::format("browser/place/{}", i));
+        ImGui::PopID();
+    }
+}
+
+void draw_heads(Widgets& ui, Browser& panel) {
+    constexpr std::pair<const char*, EntryOrder> heads[] = {
+        {"name", EntryOrder::name}, {"size", EntryOrder::size}, {"changed", EntryOrder::date}};
+    for (const auto& [name, order] : heads) {
+        ImGui::TableNextColumn();
+        const bool is_it = panel.order == order;
+        const std::string text = fmt::format("{}{}", name,
+                                             !is_it        ? ""
+                                             : panel.falls ? ", falling"
+                                                           : ", rising");
+        if (ImGui::Selectable(text.c_str())) {
+            // A second click turns the order; the newest and the largest are sought first.
+            panel.falls = is_it ? !panel.falls : order != EntryOrder::name;
+            panel.order = order;
+            sort_entries(panel.entries, panel.order, panel.falls);
+        }
+        ui.note(fmt::format("browser/by/{}", name));
+    }
+}
+
+void draw_entries(Widgets& ui, Browser& panel, bool names, Choice& choice) {
+    const std::vector<size_t> listed =
+        listed_entries(panel.entries, names ? "" : sought(panel), panel.all_files || names);
+    if (!ImGui::BeginTable(
+            "entries", 3,
+            ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit))
+        return;
+    ImGui::TableSetupScrollFreeze(0, 1);
+    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch);
+    ImGui::TableSetupColumn("size");
+    ImGui::TableSetupColumn("changed");
+    ImGui::TableNextRow();
+    draw_heads(ui, panel);
+    ImGuiListClipper rows;
+    rows.Begin(static_cast<int>(listed.size()));
+    while (rows.Step())
+        for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i) {
+            const BrowserEntry& entry = panel.entries[listed[static_cast<size_t>(i)]];
+            const std::string name = entry.is_folder ? entry.name + "/" : entry.name;
+            ImGui::PushID(i);
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x);
+            const bool chosen =
+                ImGui::Selectable(shown.c_str(), false, ImGuiSelectableFlags_SpanAllColumns);
+            if (shown != name && ImGui::IsItemHovered())
+                ImGui::SetTooltip("%s", name.c_str());
+            ui.note(fmt::format("browser/{}", entry.name));
+            if (chosen) {
+                const fs::path path = fs::path(panel.folder) / entry.name;
+                (entry.is_folder && !Project::is_one(path) ? choice.folder : choice.file) = path;
+            }
+            ImGui::TableNextColumn();
+            ImGui::TextDisabled("%s", entry.is_folder ? "" : size_text(entry.bytes).c_str());
+            ImGui::TableNextColumn();
+            ImGui::TextDisabled("%s", date_text(entry.modified_s).c_str());
+            ImGui::PopID();
+        }
+    ImGui::EndTable();
+}
+
+// Enter: a folder is gone into; the only one that is listed is taken, of a name that is not whole.
+void enter(const Browser& panel, bool names, Choice& choice) {
+    std::error_code ignored;
+    const fs::path path = typed_path(panel);
+    if (fs::is_directory(path, ignored) && !Project::is_one(path)) {
+        choice.folder = path;
+        return;
+    }
+    choice.file = path;
+    const std::string part = sought(panel);
+    if (names || fs::exists(path, ignored) || part.empty())
+        return;
+    const std::vector<size_t> listed = listed_entries(panel.entries, part, panel.all_files);
+    if (listed.size() != 1)
+        return;
+    const BrowserEntry& only = panel.entries[listed.front()];
+    (only.is_folder ? choice.folder : choice.file) = fs::path(panel.folder) / only.name;
+    if (only.is_folder)
+        choice.file.clear();
+}
+
+const char* title_of(Browsing browsing) {
+    switch (browsing) {
+        case Browsing::labels:
+            return "Labels of this volume";
+        case Browsing::fused:
+            return "A volume over the slices of this one";
+        case Browsing::name:
+            return "Where to write";
+        case Browsing::documents:
+            break;
+    }
+    return "Open a volume, a scene or a project";
 }
 
 } // namespace
 
-void draw_browser(Widgets& ui, Browser& panel, ViewState& state) {
+void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& recent,
+                  ViewState& state) {
     const bool begins = !std::exchange(panel.was_open, state.browser_open);
     if (!state.browser_open)
         return;
-    if (begins || panel.folder.empty()) // as it is now
-        browse(panel, panel.folder.empty() ? fs::current_path() : fs::path(panel.folder));
-    const ImVec2 size(std::min(0.7f * static_cast<float>(state.size_px.x),
-                               620.0f * static_cast<float>(state.text_scale)),
+    const bool names = state.browsing == Browsing::name;
+    if (begins) { // as it is now
+        const fs::path named = names ? fs::absolute(ui.named.second) : fs::path();
+        browse(panel, names                  ? named.parent_path()
+                      : panel.folder.empty() ? fs::current_path()
+                                             : fs::path(panel.folder));
+        panel.places = browser_places(
+            home(), state.names_hidden ? std::vector<std::string>{} : recent, mounts());
+        type(panel.typed, names ? named.filename().string() : "");
+    }
+    const ImVec2 size(std::min(0.8f * static_cast<float>(state.size_px.x),
+                               760.0f * static_cast<float>(state.text_scale)),
                       0.75f * static_cast<float>(state.size_px.y));
     ImGui::SetNextWindowSize(size);
-    const bool labels = state.browsing == Browsing::labels,
-               fused = state.browsing == Browsing::fused;
-    const auto open = [&](std::string path) {
-        if (labels)
-            ui.order(order::OpenLabels{std::move(path)});
-        else if (fused)
-            ui.order(order::OpenFused{std::move(path)});
-        else
-            ui.order(order::Open{std::move(path)});
-        state.browser_open = false;
-    };
-    const char* title = labels  ? "Labels of this volume"
-                        : fused ? "A volume over the slices of this one"
-                                : "Open a volume, a scene or a project";
-    begin_dialog(title, &state.browser_open, state, ImGuiWindowFlags_NoResize);
+    begin_dialog(title_of(state.browsing), &state.browser_open, state, ImGuiWindowFlags_NoResize);
+    Choice choice;
     if (ImGui::Button("up"))
-        browse(panel, fs::path(panel.folder).parent_path());
+        choice.folder = fs::path(panel.folder).parent_path();
     ui.note("browser/up");
     ImGui::SameLine();
-    if (const char* home = std::getenv("HOME"); home && ImGui::Button("home"))
-        browse(panel, home);
+    const bool here = ImGui::Button(names ? "write here" : "open this folder");
+    ui.note("browser/folder"); // of DICOM files or slices, or a project
     ImGui::SameLine();
-    if (ImGui::Button("open this folder")) // of DICOM files or slices, or a project
-        open(panel.folder);
-    ui.note("browser/folder");
+    ui.check("all files", "browser/all", panel.all_files);
+    ImGui::TextDisabled("%s", fitted(panel.folder, ImGui::GetContentRegionAvail().x).c_str());
+    if (begins)
+        ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1.0f);
-    if (ImGui::InputText("##path", panel.typed.data(), panel.typed.size(),
-                         ImGuiInputTextFlags_EnterReturnsTrue)) {
-        std::error_code ignored;
-        if (fs::is_directory(panel.typed.data(), ignored))
-            browse(panel, panel.typed.data());
-        else
-            open(panel.typed.data());
-    }
+    if (ImGui::InputTextWithHint("##path", "a part of a name, or a path", panel.typed.data(),
+                                 panel.typed.size(), ImGuiInputTextFlags_EnterReturnsTrue))
+        enter(panel, names, choice);
     ui.note("browser/path");
+    if (here)
+        choice.file = names ? typed_path(panel) : fs::path(panel.folder);
     if (!panel.error.empty())
-        ImGui::TextColored(ImVec4(1.0f, 0.6f, 0.3f, 1.0f), "%s", panel.error.c_str());
-    if (ImGui::BeginChild("entries", ImVec2(0.0f, 0.0f), true)) {
-        fs::path next;
-        ImGuiListClipper rows;
-        rows.Begin(static_cast<int>(panel.entries.size()));
-        while (rows.Step())
-            for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i) {
-                const BrowserEntry& entry = panel.entries[static_cast<size_t>(i)];
-                const std::string name = entry.is_folder ? entry.name + "/" : entry.name;
-                const std::string bytes = entry.is_folder ? "" : size_text(entry.bytes);
-                const float bytes_at =
-                    ImGui::GetWindowContentRegionMax().x - ImGui::CalcTextSize(bytes.c_str()).x;
-                const float gap = bytes.empty() ? 0.0f : ImGui::CalcTextSize("  ").x;
-                const std::string shown = fitted(name, bytes_at - gap - ImGui::GetCursorPosX());
-                ImGui::PushID(i);
-                const bool chosen = ImGui::Selectable(shown.c_str());
-                if (shown != name && ImGui::IsItemHovered())
-                    ImGui::SetTooltip("%s", name.c_str());
-                if (chosen) {
-                    const fs::path path = fs::path(panel.folder) / entry.name;
-                    if (entry.is_folder && !Project::is_one(path))
-                        next = path;
-                    else
-                        open(path.string());
-                }
-                ui.note(fmt::format("browser/{}", entry.name));
-                if (!bytes.empty()) {
-                    ImGui::SameLine(bytes_at);
-                    ImGui::TextDisabled("%s", bytes.c_str());
-                }
-                ImGui::PopID();
-            }
-        if (!next.empty())
-            browse(panel, next);
-    }
+        ImGui::TextColored(accent(state), "%s", panel.error.c_str());
+    const float room = ImGui::GetContentRegionAvail().x;
+    if (ImGui::BeginChild("places", ImVec2(0.22f * room, 0.0f)))
+        draw_places(ui, panel, choice);
+    ImGui::EndChild();
+    ImGui::SameLine();
+    if (ImGui::BeginChild("list"))
+        draw_entries(ui, panel, names, choice);
     ImGui::EndChild();
     ImGui::End();
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) {
+        state.browser_open = false;
+        return;
+    }
+    if (!choice.folder.empty()) {
+        browse(panel, choice.folder);
+        if (!names)
+            type(panel.typed, "");
+        return;
+    }
+    if (choice.file.empty() || (names && here && panel.typed[0] == '\0')) // it has no name
+        return;
+    std::string path = choice.file.string();
+    state.browser_open = false;
+    switch (state.browsing) {
+        case Browsing::documents:
+            return ui.order(order::Open{std::move(path)});
+        case Browsing::labels:
+            return ui.order(order::OpenLabels{std::move(path)});
+        case Browsing::fused:
+            return ui.order(order::OpenFused{std::move(path)});
+        case Browsing::name:
+            ui.named = {state.naming, std::move(path)};
+    }
+}
+
+void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char* first,
+               const char* button, ViewState& state) {
+    const bool chooses = state.browser_open && state.browsing == Browsing::name;
+    if (ui.named.first == id && !chooses)
+        type(typed, std::exchange(ui.named, {}).second);
+    if (typed[0] == '\0')
+        type(typed, first);
+    const auto width = [](const char* text) {
+        return ImGui::CalcTextSize(text).x + 2.0f * ImGui::GetStyle().FramePadding.x +
+               ImGui::GetStyle().ItemSpacing.x;
+    };
+    ImGui::PushID(id.c_str());
+    ImGui::SetNextItemWidth(-(width("..") + width(button)));
+    ImGui::InputText("##name", typed.data(), typed.size());
+    ui.note(id);
+    ImGui::SameLine();
+    if (ImGui::Button("..")) {
+        ui.named = {id, typed.data()};
+        state.naming = id;
+        state.browsing = Browsing::name;
+        state.browser_open = true;
+    }
+    ui.note(fmt::format("{}/choose", id));
+    ImGui::PopID();
 }
 
 // While a file is read.

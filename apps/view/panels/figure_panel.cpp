@@ -44,9 +44,7 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
         ui.button("cancel", "figure/cancel", order::StopFigure{});
         return;
     }
-    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("write__").x);
-    type_file("##figure", file, "figure.png");
-    ui.note("figure/file");
+    name_file(ui, "figure/file", file, "figure.png", "write", state);
     ImGui::SameLine();
     ui.button("write", "figure/write", order::PrintFigure{file.data()});
 }

@@ -1,7 +1,13 @@
 #include "apps/view/panels/file_browser.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
 #include <span>
+#include <tuple>
 
 #include "apps/view/window/settings.h"
 #include "engine/base/file.h"
@@ -20,6 +26,10 @@ Result<std::vector<BrowserEntry>> list_folder(const fs::path& folder) {
         BrowserEntry entry{it->path().filename().string(), it->is_directory(ignored), 0};
         if (entry.name.starts_with('.'))
             continue;
+        if (const auto modified = it->last_write_time(ignored); !ignored)
+            entry.modified_s = std::chrono::duration_cast<std::chrono::seconds>(
+                                   std::chrono::file_clock::to_sys(modified).time_since_epoch())
+                                   .count();
         if (!entry.is_folder)
             if (const uintmax_t bytes = it->file_size(ignored); !ignored)
                 entry.bytes = bytes;
@@ -27,10 +37,85 @@ Result<std::vector<BrowserEntry>> list_folder(const fs::path& folder) {
     }
     if (error)
         return fail("{}: cannot be read: {}", folder.string(), error.message());
-    std::sort(entries.begin(), entries.end(), [](const BrowserEntry& a, const BrowserEntry& b) {
-        return a.is_folder != b.is_folder ? a.is_folder : a.name < b.name;
-    });
+    sort_entries(entries, EntryOrder::name, false);
     return entries;
+}
+
+void sort_entries(std::vector<BrowserEntry>& entries, EntryOrder order, bool falls) {
+    const auto less = [&](const BrowserEntry& a, const BrowserEntry& b) {
+        switch (order) {
+            case EntryOrder::size:
+                return std::tie(a.bytes, a.name) < std::tie(b.bytes, b.name);
+            case EntryOrder::date:
+                return std::tie(a.modified_s, a.name) < std::tie(b.modified_s, b.name);
+            case EntryOrder::name:
+                break;
+        }
+        return a.name < b.name;
+    };
+    std::sort(entries.begin(), entries.end(), [&](const BrowserEntry& a, const BrowserEntry& b) {
+        return a.is_folder != b.is_folder ? a.is_folder : falls ? less(b, a) : less(a, b);
+    });
+}
+
+static std::string lower_case(std::string text) {
+    for (char& letter : text)
+        letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+    return text;
+}
+
+bool may_be_opened(const std::string& name) {
+    static constexpr std::array kEndings{
+        ".nii",  ".hdr", ".img",  ".gz",  ".nrrd", ".nhdr",    ".mha",   ".mhd", ".vtk",
+        ".vti",  ".mgh", ".mgz",  ".pbv", ".inv3", ".dcm",     ".ima",   ".png", ".tif",
+        ".tiff", ".jpg", ".jpeg", ".bmp", ".json", ".palpate", ".dicom", ".acr"};
+    const std::string ending = lower_case(fs::path(name).extension());
+    return std::all_of(ending.begin() + !ending.empty(), ending.end(),
+                       [](unsigned char letter) { return std::isdigit(letter); }) ||
+           std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+std::vector<size_t> listed_entries(const std::vector<BrowserEntry>& entries,
+                                   const std::string& part, bool all_files) {
+    const std::string sought = lower_case(part);
+    std::vector<size_t> listed;
+    for (size_t i = 0; i < entries.size(); ++i)
+        if ((entries[i].is_folder || all_files || may_be_opened(entries[i].name)) &&
+            lower_case(entries[i].name).find(sought) != std::string::npos)
+            listed.push_back(i);
+    return listed;
+}
+
+// The number of the file system that a folder lies in; 0: none.
+static uint64_t file_system_of(const fs::path& folder) {
+    struct stat status {};
+    return ::stat(folder.c_str(), &status) == 0 ? status.st_dev : 0;
+}
+
+std::vector<BrowserPlace> browser_places(const fs::path& home,
+                                         const std::vector<std::string>& recent,
+                                         const std::vector<fs::path>& mounts) {
+    std::vector<BrowserPlace> places;
+    const auto add = [&](std::string name, const fs::path& folder) {
+        std::error_code ignored;
+        if (folder.is_absolute() && fs::is_directory(folder, ignored) &&
+            std::none_of(places.begin(), places.end(),
+                         [&](const BrowserPlace& one) { return one.folder == folder; }))
+            places.push_back({std::move(name), folder});
+    };
+    add("home", home);
+    for (const std::string& path : recent)
+        if (const fs::path folder = fs::path(path).parent_path(); !folder.empty())
+            add(folder.has_filename() ? folder.filename().string() : folder.string(), folder);
+    for (const fs::path& root : mounts) {
+        const Result<std::vector<BrowserEntry>> disks = list_folder(root);
+        if (!disks)
+            continue;
+        for (const BrowserEntry& disk : *disks)
+            if (disk.is_folder && file_system_of(root / disk.name) != file_system_of(root))
+                add(disk.name, root / disk.name);
+    }
+    return places;
 }
 
 // "/a/./b/" and "/a/b" are one.

@@ -190,7 +190,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     draw_help(state);
     draw_search(ui_, search_, state, work);
     draw_questions(ui_, save_folder_, state, work);
-    draw_browser(ui_, browser_, state);
+    draw_browser(ui_, browser_, side_.files.recent, state);
     draw_series_chooser(ui_, previews_, state, work);
     draw_opening(ui_, state);
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();

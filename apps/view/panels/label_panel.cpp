@@ -58,9 +58,7 @@ void draw_label_files(Widgets& ui, LabelPanel& panel, ViewState& state) {
         state.browsing = Browsing::labels;
     }
     ui.note("labels/open");
-    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export__").x);
-    type_file("##labels", panel.file, "labels.nii.gz");
-    ui.note("labels/file");
+    name_file(ui, "labels/file", panel.file, "labels.nii.gz", "export", state);
     ImGui::SameLine();
     if (ImGui::Button("export"))
         ui.order(order::ExportLabels{panel.file.data()});

@@ -126,9 +126,7 @@ void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& wo
     if (measuring.selected && *measuring.selected < state.notes.measures.size())
         draw_measure(ui, state, work);
     ImGui::Separator();
-    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export CSV__").x);
-    type_file("##file", file, "measures.csv");
-    ui.note("measure/file");
+    name_file(ui, "measure/file", file, "measures.csv", "export CSV", state);
     ImGui::SameLine();
     ui.button("export CSV", "measure/export", order::ExportMeasures{file.data()});
 }

@@ -20,8 +20,9 @@ class SeriesPreviews;
 struct Widgets {
     double time_s = 0.0; // of the frame
     std::vector<Order> orders{};
-    std::map<std::string, Box> places{}; // by their ids: "tool/draw"
-    std::string pointed_out{};           // the id of one that is scrolled to and framed
+    std::map<std::string, Box> places{};         // by their ids: "tool/draw"
+    std::string pointed_out{};                   // the id of one that is scrolled to and framed
+    std::pair<std::string, std::string> named{}; // the id of a field, and what the browser gives it
 
     void order(Order one) { orders.push_back(std::move(one)); }
     // Where the last widget lies. Under the pointer it has the tooltip of widget_help().
@@ -54,7 +55,10 @@ struct SidePanel {
 struct Browser {
     std::string folder{}, error{};
     std::vector<BrowserEntry> entries{}; // of the folder
+    std::vector<BrowserPlace> places{};
     TypedText typed{};
+    EntryOrder order = EntryOrder::name;
+    bool falls = false, all_files = false;
     bool was_open = false; // in the last frame
 };
 struct SearchBox {
@@ -94,12 +98,17 @@ void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& wo
 void draw_help(ViewState& state);
 void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work);
 void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work);
-void draw_browser(Widgets& ui, Browser& panel, ViewState& state);
+void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& recent,
+                  ViewState& state);
 void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState& state,
                          Work& work); // null: no pictures
 void draw_opening(Widgets& ui, const ViewState& state);
 
 // Parts that several panels have.
+// A field for the name of a file that is written, a button that opens the browser for it, and room
+// for the button that writes it. `first` is offered.
+void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char* first,
+               const char* button, ViewState& state);
 void draw_tool_size(Widgets& ui, ViewState& state); // of the one in the hand, and its kind
 void draw_label_looks(Widgets& ui, ViewState& state);
 void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed);

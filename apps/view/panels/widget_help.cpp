@@ -119,6 +119,8 @@ constexpr WidgetHelp kHelp[] = {
      ".vtp",
      ""},
 
+    {"labels/file/choose", "folder of exported labels", "chooses where the file is written", "",
+     false},
     {"segment/radius", "size of the seed brush", "radius of seeds, 0.1 to 100 mm", ""},
     {"segment/label", "label to segment", "number of the label that a segmentation writes", ""},
     {"segment/clear", "clear seeds", "takes all seeds away", "reset"},
@@ -145,6 +147,7 @@ constexpr WidgetHelp kHelp[] = {
     {"measure/name", "name of the measure", "goes with the project and into the table", "", false},
     {"measure/delete", "delete the measure", "takes the chosen measure away", "remove", false},
     {"measure/file", "file of measures", "name of the table (CSV)", ""},
+    {"measure/file/choose", "folder of measures", "chooses where the table is written", "", false},
     {"measure/export", "measures to a table", "writes all measures: points in LPS, mm",
      "CSV spreadsheet save statistics"},
 

@@ -44,14 +44,6 @@ inline void begin_dialog(const char* title, bool* open, const ViewState& state,
                      ImGuiWindowFlags_NoSavedSettings);
 }
 
-// A field for the name of a file; `first` is offered.
-template <class Text>
-void type_file(const char* id, Text& typed, const char* first) {
-    if (typed[0] == '\0')
-        std::string(first).copy(typed.data(), typed.size() - 1);
-    ImGui::InputText(id, typed.data(), typed.size());
-}
-
 // A list of names to choose from; whether the choice changed.
 template <class Choice, class List = std::initializer_list<std::pair<const char*, Choice>>>
 bool choose(const char* id, Choice& now, const List& all) {

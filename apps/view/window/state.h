@@ -74,7 +74,8 @@ struct Drag {
 enum class Browsing {
     documents, // in the place of the one that is open
     labels,    // of its volume
-    fused      // another volume over its slices
+    fused,     // another volume over its slices
+    name       // of a file that is written, for the field ViewState::naming
 };
 
 // An action that waits until a person has said what becomes of edits that are not saved.
@@ -139,6 +140,7 @@ struct ViewState {
     Clipping clipping;
     FigureSetup figure;
     Browsing browsing = Browsing::documents; // what is chosen in the browser
+    std::string naming;
     bool browser_open = false, series_open = false, names_hidden = false, light = false;
     size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked
     std::string opening;        // that is being read; empty: none
