@@ -15,6 +15,8 @@ constexpr WidgetHelp kHelp[] = {
     {"tool/redo", "redo", "does again what was undone last", ""},
     {"tool/save", "save", "writes a project folder", "", false},
 
+    {"bar/picture", "picture", "writes a PNG of the window into the current folder", "", false},
+
     {"window/black", "black of the window",
      "value that slices show as black; higher makes slices darker", "window level contrast"},
     {"window/white", "white of the window",
