@@ -156,7 +156,7 @@ TEST_F(SearchTest, WordsOfOtherProgramsFindOurs) {
         {"font", "size of letters"},
         {"fusion", "volume over slices"},
         {"PET", "volume over slices"},
-        {"island", ""}, // of a label that is not there
+        {"island", "label: largest piece"},
         {"live wire", "live-wire"},
         {"lasso", "contour along edges"},
         {"csv", "measures to a table"},

@@ -4,9 +4,9 @@
 #include <future>
 
 #include "engine/program/surface_labels.h"
-#include "engine/segment/components.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/mesh_fit.h"
+#include "engine/volume/content_hash.h"
 
 namespace palpate::view {
 
@@ -18,8 +18,10 @@ struct MeshPulling::MeshRun {
         // The labels' step in the list of edits, and what a person is told after the label's new
         // volume.
         const char *step = "", *told = "";
+        const char* unchanged = nullptr;      // else, where no sample changes; null: the same words
         bool is_of_mesh = false;              // that is pulled, and then is done with
         uint64_t count_before = 0, count = 0; // of the label's samples; start() counts
+        bool is_unchanged = false;            // start() looks
     };
     ~MeshRun() { stop.request_stop(); }
     Task task() {
@@ -50,6 +52,9 @@ void MeshPulling::start(uint16_t label, Make make) {
                                 if (done && done->labels) {
                                     done->count_before = count_labels(run->before)[run->label];
                                     done->count = count_labels(*done->labels)[run->label];
+                                    done->is_unchanged =
+                                        done->labels->is_same_as(run->before) ||
+                                        content_hash(*done->labels) == content_hash(run->before);
                                 }
                                 return done;
                             });
@@ -78,7 +83,8 @@ void MeshPulling::apply(const ViewState& state) {
               const uint16_t of[] = {run.label};
               PALPATE_TRY(Volume labels,
                           with_labels(run.before, found, of, locked, run.task().part(0.8, 1.0)));
-              return MeshRun::Done{{}, std::move(labels), "pulled mesh", "by the mesh", true};
+              return MeshRun::Done{{},  std::move(labels), "pulled mesh", "by the mesh", nullptr,
+                                   true};
           });
 }
 
@@ -103,17 +109,12 @@ void MeshPulling::poll() {
         return;
     }
     const std::optional<Volume> labels = document_.labels();
-    const bool is_unchanged = done->is_of_mesh ? done->labels->is_same_as(run->before)
-                                               : done->count == done->count_before;
     if (labels && !labels->is_same_as(run->before)) {
         document_.tell("the labels have changed meanwhile: try again");
-    } else if (is_unchanged) {
-        document_.tell(
-            std::string_view(done->step) == "fill holes"
-                ? fmt::format("label {}: it has no hole that is closed in 3D (in a slice one may "
-                              "look closed)",
-                              run->label)
-                : fmt::format("label {} {}: no sample changes", run->label, done->told));
+    } else if (done->is_unchanged) {
+        document_.tell(done->unchanged
+                           ? fmt::format("label {} {}", run->label, done->unchanged)
+                           : fmt::format("label {} {}: no sample changes", run->label, done->told));
         if (mesh_ && done->is_of_mesh)
             mesh_->mark_applied();
     } else {
@@ -128,20 +129,17 @@ void MeshPulling::poll() {
     }
 }
 
-void MeshPulling::clean(const ViewState& state, bool fills) {
+void MeshPulling::change(const ViewState& state, const LabelChange& change) {
     if (run_)
         return;
     if (is_locked(state, state.label))
         return document_.tell(fmt::format("label {} is locked", state.label));
-    start(state.label, [fills](MeshRun& run) -> Result<MeshRun::Done> {
-        PALPATE_TRY(Volume labels,
-                    fills ? fill_holes(run.before, {.label = run.label}, run.task())
-                          : remove_islands(run.before, {.label = run.label, .largest_alone = true},
-                                           run.task()));
-        if (fills)
-            return MeshRun::Done{{}, std::move(labels), "fill holes", "with its holes filled"};
-        return MeshRun::Done{{}, std::move(labels), "largest piece", "in its largest piece"};
-    });
+    start(state.label,
+          [&change, by_mm = state.change_label_mm](MeshRun& run) -> Result<MeshRun::Done> {
+              PALPATE_TRY(Volume labels, change.change(run.before, run.label, by_mm, run.task()));
+              return MeshRun::Done{
+                  {}, std::move(labels), change.title, change.told, change.unchanged};
+          });
 }
 
 } // namespace palpate::view

@@ -3,13 +3,14 @@
 #include <memory>
 #include <optional>
 
+#include "apps/view/document/label_changes.h"
 #include "apps/view/document/open_document.h"
 #include "apps/view/document/pulled_mesh.h"
 
 namespace palpate::view {
 
-// The mesh that a person pulls, from its making of a label to its end as one; and the cleaning of
-// a label. What takes a while runs on a thread of its own, one at a time.
+// The mesh that a person pulls, from its making of a label to its end as one; and changes of
+// a label as a whole. What takes a while runs on a thread of its own, one at a time.
 class MeshPulling {
  public:
     explicit MeshPulling(OpenDocument& document);
@@ -18,9 +19,8 @@ class MeshPulling {
     void make(uint16_t label);
     void apply(const ViewState& state); // puts it into its label, but for locked ones
     void drop();                        // or what makes it
-    // The label that is drawn keeps its largest piece alone, or its holes are filled.
-    void clean(const ViewState& state, bool fills);
-    void poll(); // for each frame
+    void change(const ViewState& state, const LabelChange& change); // the label that is drawn
+    void poll();                                                    // for each frame
 
     PulledMesh* mesh() { return mesh_ ? &*mesh_ : nullptr; } // null: there is none
     bool is_pulled() const { return mesh_ && mesh_->is_pulled(); }

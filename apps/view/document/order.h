@@ -8,6 +8,8 @@
 // them, each with exactly what it needs.
 namespace palpate::view {
 
+struct LabelChange;
+
 namespace order {
 
 struct Bare { // an order that needs nothing more
@@ -68,9 +70,12 @@ struct StopHand : Bare {};
 struct ArmHand : Bare {};
 struct DisarmHand : Bare {};
 
-// The label that is drawn is cleaned, or becomes a mesh that is pulled and becomes the label again.
-struct KeepLargest : Bare {}; // piece
-struct FillHoles : Bare {};
+// The label that is drawn changes as a whole, or becomes a mesh that is pulled and becomes the
+// label again.
+struct ChangeLabel {
+    const LabelChange* change = nullptr; // of label_changes()
+    bool operator==(const ChangeLabel&) const = default;
+};
 struct MakeMesh : Bare {};
 struct ApplyMesh : Bare {};
 struct DropMesh : Bare {}; // or what makes it
@@ -115,9 +120,9 @@ using DocumentOrder =
                  order::Undo, order::Redo, order::Save, order::ExportMeasures, order::ExportLabels,
                  order::Tell, order::Segment, order::StopSegmenting, order::Bound,
                  order::ClearSeeds, order::FillWire, order::StartHand, order::StopHand,
-                 order::ArmHand, order::DisarmHand, order::KeepLargest, order::FillHoles,
-                 order::MakeMesh, order::ApplyMesh, order::DropMesh, order::PullDown,
-                 order::PullMove, order::PullUp, order::PullCancel>;
+                 order::ArmHand, order::DisarmHand, order::ChangeLabel, order::MakeMesh,
+                 order::ApplyMesh, order::DropMesh, order::PullDown, order::PullMove, order::PullUp,
+                 order::PullCancel>;
 
 // All: the window obeys the others itself, and asks where to before it passes on a save.
 using Order = std::variant<order::Open, order::OpenLabels, order::OpenFused, order::CancelOpening,

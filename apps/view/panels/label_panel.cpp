@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 
+#include "apps/view/document/label_changes.h"
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/tool.h"
@@ -130,6 +131,26 @@ void draw_label_row(Widgets& ui, ViewState& state, Work& work, uint32_t label) {
     ImGui::PopID();
 }
 
+// Buttons, as many in a line as have room; in front of those by mm, how far.
+void draw_label_changes(Widgets& ui, ViewState& state) {
+    bool is_first = true, has_mm = false;
+    for (const LabelChange& change : label_changes()) {
+        const float width =
+            ImGui::CalcTextSize(change.title).x + 2.0f * ImGui::GetStyle().FramePadding.x;
+        if (change.takes_mm && !std::exchange(has_mm, true)) {
+            slide("by", state.change_label_mm, 0.1, 20.0, "%.2g mm", true);
+            ui.note("labels/by");
+            is_first = true;
+        }
+        if (!std::exchange(is_first, false)) {
+            ImGui::SameLine();
+            if (ImGui::GetContentRegionAvail().x < width)
+                ImGui::NewLine();
+        }
+        ui.button(change.title, fmt::format("labels/{}", change.id), order::ChangeLabel{&change});
+    }
+}
+
 // Draws the figures of the label that is chosen.
 void draw_label_figures(Widgets& ui, ViewState& state, Work& work) {
     const auto known = work.figures().known();
@@ -153,9 +174,7 @@ void draw_label_figures(Widgets& ui, ViewState& state, Work& work) {
     const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
     ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
     ImGui::BeginDisabled(work.mesh_pulling().share().has_value());
-    ui.button("largest piece", "labels/largest", order::KeepLargest{});
-    ImGui::SameLine();
-    ui.button("fill holes", "labels/fill", order::FillHoles{});
+    draw_label_changes(ui, state);
     ImGui::EndDisabled();
     for (const LabelStatistics& one : known->labels) {
         if (one.label != state.label)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <sstream>
 
+#include "apps/view/document/label_changes.h"
 #include "apps/view/panels/widget_help.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/keys.h"
@@ -70,6 +71,12 @@ std::vector<Findable> findables(const Subject& subject, const haptics::Algorithm
                            if (i < in.windows.size())
                                next.state.window = in.windows[i];
                        }});
+    for (const LabelChange& change : label_changes())
+        if (const WidgetHelp* help = help_of(fmt::format("labels/{}", change.id)))
+            all.push_back({fmt::format("label: {}", change.title), "command", help->help, "",
+                           help->also, "", [&change](Outcome& next, const Subject&) {
+                               next.orders.push_back(order::ChangeLabel{&change});
+                           }});
     const auto show = [](std::string id) {
         return [id](Outcome& next, const Subject&) { open_panel_of(next.state, id); };
     };

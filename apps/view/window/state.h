@@ -128,6 +128,7 @@ struct ViewState {
     uint16_t label = 1; // that is drawn
     // Values of the samples that tools on labels change; none: all.
     std::optional<GreyWindow> only_values;
+    double change_label_mm = 1.0; // by how far a label is smoothed, grown or shrunk
     bool labels_shown = true;
     double label_opacity = 0.4;
     SeenAs seen_as = SeenAs::rays; // of the volume in 3D
