@@ -102,6 +102,19 @@ Voxels sampled(const Volume& volume) {
     return voxels;
 }
 
+// ValueSurvey::like_hounsfield, of values in rising order.
+bool like_hounsfield(const std::vector<float>& sorted, double high) {
+    const auto within = [&](float from, float to) {
+        return static_cast<double>(std::upper_bound(sorted.begin(), sorted.end(), to) -
+                                   std::lower_bound(sorted.begin(), sorted.end(), from));
+    };
+    const double air = within(-1100.0f, -700.0f), rims = within(-650.0f, -250.0f),
+                 tissue = within(-200.0f, 200.0f), body = within(-250.0f, INFINITY);
+    return air >= 0.01 * static_cast<double>(sorted.size()) && air >= 2.0 * rims &&
+           tissue >= 2.0 * rims && tissue >= 0.4 * body && tissue > 0.0 && high > 0.0 &&
+           high < 4000.0;
+}
+
 // The value of the longest run of equal values, where it is a dark background; else the lowest.
 double background(const std::vector<float>& sorted) {
     size_t longest = 0, start = 0;
@@ -264,6 +277,7 @@ ValueSurvey survey_values(const Volume& volume) {
         survey.low = -ends.high;
         survey.high = survey.projected_high = -ends.low;
         survey.projected_low = -ends.projected;
+        survey.like_hounsfield = like_hounsfield(values.all, survey.high);
         return survey;
     }
     const Ends ends = ends_of(values.all, values.in_pairs_high, lines.highest.all,
@@ -271,6 +285,7 @@ ValueSurvey survey_values(const Volume& volume) {
     survey.low = survey.projected_low = ends.low;
     survey.high = ends.high;
     survey.projected_high = ends.projected;
+    survey.like_hounsfield = like_hounsfield(values.all, survey.high);
     return survey;
 }
 

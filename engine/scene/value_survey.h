@@ -33,6 +33,14 @@ struct ValueSurvey {
     double lower_percent = 0.0; // 1 % of the voxels lie below it
     double upper_quarter = 0.0; // 75 % do
 
+    // Whether the values are spread as the Hounsfield units of a body with air in or about it are.
+    // Four things must hold. At least 1 % of the voxels lie within -1100 .. -700, where air and
+    // lungs are. There are twice as many of them as within -650 .. -250, where nothing but the
+    // rims of a body lies. So are there within -200 .. 200, where fat, water and muscle are. These
+    // are at least 40 % of all voxels above -250, and `high` is above 0 and below 4000, where metal
+    // ends. Values below -1100 do not count: padding lies there.
+    bool like_hounsfield = false;
+
     // The share of equal pairs among neighbouring voxels along x, y and z that are both not 0.
     double equal_neighbours = 0.0;
 };

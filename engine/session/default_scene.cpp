@@ -16,6 +16,7 @@ constexpr double kAlphaStep_voxels = 0.5;
 
 constexpr glm::dvec2 kTissue_hu(-160.0, 240.0); // the soft-tissue window
 constexpr double kDenseBone_hu = 200.0, kBone_hu = 300.0;
+constexpr double kSkin_hu = -300.0; // between air and fat, and above the rims of foam
 
 ValueSurvey survey_of(const LoadedScene& loaded) {
     return survey_of(loaded.data.volume, loaded.coarser);
@@ -25,11 +26,7 @@ ValueSurvey survey_of(const LoadedScene& loaded) {
 std::optional<double> hounsfield_offset(const LoadedScene& loaded, const ValueSurvey& values) {
     if (loaded.modality == "CT")
         return lacks_ct_offset(loaded.modality, loaded.data.volume, values) ? kLostCtOffset : 0.0;
-    constexpr double kLeastPadding = -32768.0; // outside of the scanner's circle, of 16 bits
-    const bool likely = loaded.modality.empty() && values.lower_percent < -200.0 &&
-                        values.lower_percent >= kLeastPadding && values.high > 0.0 &&
-                        values.high < 4000.0; // metal ends at 3071 where 12 bits do
-    return likely ? std::optional(0.0) : std::nullopt;
+    return loaded.modality.empty() && values.like_hounsfield ? std::optional(0.0) : std::nullopt;
 }
 
 // The facts that a default scene is chosen by.
@@ -92,6 +89,16 @@ double zero_hu(const LoadedScene& loaded) {
 
 std::string value_unit(const LoadedScene& loaded) {
     return loaded.modality == "CT" && zero_hu(loaded) == 0.0 ? "HU" : "";
+}
+
+std::optional<double> bone_value(const LoadedScene& loaded) {
+    const std::optional<double> zero = hounsfield_offset(loaded, survey_of(loaded));
+    return zero ? std::optional(*zero + kBone_hu) : std::nullopt;
+}
+
+std::optional<double> skin_value(const LoadedScene& loaded) {
+    const std::optional<double> zero = hounsfield_offset(loaded, survey_of(loaded));
+    return zero ? std::optional(*zero + kSkin_hu) : std::nullopt;
 }
 
 bool is_label_map(const LoadedScene& loaded) {

@@ -17,6 +17,12 @@ double zero_hu(const LoadedScene& loaded);
 // "HU" where the values are Hounsfield units; empty else, also where a CT lacks its offset.
 std::string value_unit(const LoadedScene& loaded);
 
+// The iso-values of bone and of skin: 300 and -300 HU, in the values of the volume. Nothing where
+// it is not a CT: one by its modality, or, where it states none, by its values
+// (ValueSurvey::like_hounsfield).
+std::optional<double> bone_value(const LoadedScene& loaded);
+std::optional<double> skin_value(const LoadedScene& loaded);
+
 // Whether the values are numbers of labels, by what they look like.
 bool is_label_map(const LoadedScene& loaded);
 

@@ -56,8 +56,8 @@ Feel felt_by_default(const LoadedScene& loaded) {
 }
 
 double default_iso(const LoadedScene& loaded) {
-    if (loaded.modality == "CT")
-        return zero_hu(loaded) + 300.0;
+    if (const std::optional<double> bone = bone_value(loaded))
+        return *bone;
     const ValueRange range = usual_range(loaded.data.volume);
     return std::clamp(0.5 * (double{range.min} + double{range.max}), -haptics::MostTouch::value,
                       haptics::MostTouch::value);

@@ -21,8 +21,8 @@ struct Feel {
 // volume without labels that may be a label map itself (u8, u16) stands for both.
 Feel felt_by_default(const LoadedScene& loaded);
 
-// 300 HU for a CT (1324 where it lacks its offset), half of the range else: above air and fat,
-// below bone.
+// bone_value() of a CT, as the picture's first iso-value is: above air and fat, below dense bone.
+// Half of the range else.
 double default_iso(const LoadedScene& loaded);
 
 // Vidholm & Agmund: while drawing the hand feels the values, V of the paper; while the tool erases,
