@@ -8,6 +8,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/surface_device.h"
+#include "apps/palpate/surface_print.h"
 #include "engine/base/file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -20,6 +21,7 @@
 #include "engine/mesh/smooth.h"
 #include "engine/mesh/topology.h"
 #include "engine/program/interrupt.h"
+#include "engine/program/mesh_export.h"
 #include "engine/program/option_checks.h"
 #include "engine/program/output.h"
 #include "engine/program/progress.h"
@@ -52,6 +54,7 @@ struct SurfaceCommand {
     double decimate_mm = 0.0;
     std::string decimate_to;
     bool is_decimated() const { return decimate_mm > 0.0 || !decimate_to.empty(); }
+    PrintFlags print;
     ExtractOn on = ExtractOn::automatic;
     std::string device;
 };
@@ -329,6 +332,11 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         loaded->volume = std::move(*kept);
         return {};
     });
+    if (done && !options.print.clips.empty())
+        done = stages.run("cut", 0.1, [&]() -> Result<void> {
+            loaded->volume = cut_for_print(options.print, loaded->volume, options.iso);
+            return {};
+        });
     if (done)
         done = stages.run("extract", 0.2, [&]() -> Result<void> {
             PALPATE_TRY(mesh, extract(options, loaded->volume, interrupt, extra["extraction"]));
@@ -344,6 +352,11 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
             extra["smoothing"] = smoothed(options, mesh);
             return {};
         });
+    if (done && options.print.chooses_pieces())
+        done = stages.run("pieces", 0.48, [&]() -> Result<void> {
+            PALPATE_TRY(extra["pieces"], choose_pieces(options.print, mesh));
+            return {};
+        });
     if (done && options.is_decimated())
         done = stages.run("decimate", 0.5, [&]() -> Result<void> {
             PALPATE_TRY(extra["decimation"],
@@ -351,8 +364,15 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
                                   [&](double share) { stages.show(0.5 + 0.2 * share); }));
             return {};
         });
+    if (done && options.print.shapes())
+        done = stages.run("shape", 0.7, [&]() -> Result<void> {
+            PALPATE_TRY(extra["print"],
+                        shape_for_print(options.print, mesh, interrupt.token(),
+                                        [&](double share) { stages.show(0.7 + 0.1 * share); }));
+            return {};
+        });
     if (done && !options.report.empty())
-        done = stages.run("check", 0.7, [&]() -> Result<void> {
+        done = stages.run("check", 0.8, [&]() -> Result<void> {
             report = json_of(topology(mesh));
             if (options.labels) {
                 const bool bounded = options.smoothing == Smoothing::bounded;
@@ -378,6 +398,8 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         tell_made(options.out, fmt::format("{} triangles, {} vertices", mesh.triangles.size(),
                                            mesh.positions.size()));
         tell_open_edges(options, mesh);
+        if (options.print.chooses_pieces() || options.print.shapes())
+            log::info("{}: {}", options.out, watertight_text(topology(mesh)));
     }
     return done;
 }
@@ -439,6 +461,7 @@ Command add_surface(CLI::App& app) {
                              "above 0, found '{}'",
                              text);
         });
+    add_print_flags(app, o->print);
     app.add_option(
            "--on", o->on,
            "Where to extract: cpu, gpu, or auto (with --iso the graphics device unless it is "

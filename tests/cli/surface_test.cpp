@@ -66,6 +66,61 @@ TEST_F(SurfaceCommand, IsoWritesAMeshAndSaysWhatItIs) {
 }
 
 // The same file from either, and the report says who made it.
+// A ball of r mm: cut in half, of half the size, and hollow, by volumes and centres alone.
+TEST_F(SurfaceCommand, MeshesForPrintAreCutScaledAndHollow) {
+    const auto made = [&](std::vector<std::string> options) {
+        options.insert(options.begin(), {"--iso", "500", "--closed"});
+        const ProgramRun ran = surface("synthetic:ball?size=48", "ball.stl", options);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        const json said = report();
+        EXPECT_EQ(said["open_edges"], 0);
+        EXPECT_EQ(said["misoriented_edges"], 0);
+        EXPECT_EQ(said["non_manifold_edges"], 0);
+        return std::pair(said, ran.messages);
+    };
+    const auto volume_of = [](const json& said) { return said["volume_mm3"].get<double>(); };
+    const double whole = volume_of(made({}).first);
+    const double r = std::cbrt(whole * 3.0 / (4.0 * std::numbers::pi));
+    const Mesh mesh = load_mesh(file("ball.stl"))->mesh;
+    glm::dvec3 middle(0.0);
+    for (const glm::vec3 p : mesh.positions)
+        middle +=
+            glm::dvec3(mesh.world_from_mesh * glm::dvec4(p, 1.0)) / double(mesh.positions.size());
+
+    const std::string plane = fmt::format("{},{},{},1,2,-1", middle.x, middle.y, middle.z);
+    const double half = volume_of(made({"--clip", plane}).first);
+    // The cut is off by a sample, of 1 mm, at most.
+    EXPECT_NEAR(half, 0.5 * whole, std::numbers::pi * r * r * 0.5);
+    for (const glm::vec3 p : load_mesh(file("ball.stl"))->mesh.positions) {
+        const glm::dvec3 n = glm::normalize(glm::dvec3(1, 2, -1));
+        ASSERT_GE(glm::dot(glm::dvec3(p) - middle, n), -1.0);
+    }
+    EXPECT_NEAR(volume_of(made({"--scale", "0.5"}).first), whole / 8.0, 1e-4 * whole);
+
+    const auto [hollow, words] = made({"--wall", "3", "--largest"});
+    EXPECT_EQ(hollow["components"], 2);
+    EXPECT_THAT(words, HasSubstr("watertight, 2 pieces"));
+    const double inner = r - 3.0 - hollow["print"]["excess_mm"].get<double>();
+    const double expected = whole - 4.0 / 3.0 * std::numbers::pi * inner * inner * inner;
+    // A mesh of samples of 1 mm is off a ball by 3 / (8 r) at most, and the hollow by as much
+    // again.
+    EXPECT_NEAR(volume_of(hollow), expected,
+                4.0 * std::numbers::pi * r * r * 2.0 * 3.0 / (8.0 * r));
+
+    EXPECT_THAT(made({"--pieces-from", "0.001"}).second, HasSubstr("watertight, 1 piece, "));
+    for (const auto& [options, says] : {std::pair(std::vector<std::string>{"--pieces-from", "1e6"},
+                                                  "expected a piece of 1e+06 ml"),
+                                        {{"--wall", "0"}, "--wall"},
+                                        {{"--scale", "-1"}, "--scale"},
+                                        {{"--clip", "1,2,3"}, "--clip"}}) {
+        std::vector<std::string> all{"--iso", "500", "--closed"};
+        all.insert(all.end(), options.begin(), options.end());
+        const ProgramRun ran = surface("synthetic:ball?size=48", "no.stl", all);
+        EXPECT_NE(ran.exit_code, 0);
+        EXPECT_THAT(ran.messages, HasSubstr(says));
+    }
+}
+
 TEST_F(SurfaceCommand, TheGraphicsDeviceMakesTheSameMesh) {
     const std::string volume = "synthetic:ball?size=40";
     ASSERT_EQ(surface(volume, "cpu.ply", {"--iso", "500", "--on", "cpu"}).exit_code, 0);
