@@ -10,6 +10,8 @@ Json kept_json(const Kept& kept) {
         json["tool_radius_mm"] = *kept.tool_radius_mm;
     if (kept.tool_label)
         json["tool_label"] = *kept.tool_label;
+    if (!kept.isos.empty())
+        json["iso_list"] = iso_list_json(kept.isos);
     return json;
 }
 
@@ -21,6 +23,8 @@ Kept read_kept(const JsonValue& in) {
         kept.tool_radius_mm = radius->number_above(0.0, 1e6);
     if (const auto label = in.find("tool_label"))
         kept.tool_label = static_cast<uint16_t>(label->whole_number(1, 65535));
+    if (const auto isos = in.find("iso_list"))
+        kept.isos = read_iso_list(*isos);
     return kept;
 }
 

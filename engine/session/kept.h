@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "engine/base/json_value.h"
+#include "engine/session/iso_list.h"
 
 namespace palpate {
 
@@ -13,6 +14,7 @@ struct Kept {
     std::optional<glm::dvec3> crosshair_mm{}; // where slices were at the last save; world
     std::optional<double> tool_radius_mm{};   // of the window's tool at the last save; > 0
     std::optional<uint16_t> tool_label{};     // that it drew; 1 .. 65535
+    IsoList isos{};                           // of the window at the last save
 
     friend bool operator==(const Kept&, const Kept&) = default;
 };

@@ -45,7 +45,7 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
         version->reject("version 1 of the format");
     in.only_keys({"project", "save", "volumes", "grey", "labels", "modality", "scene", "touch",
                   "measures", "label_names", "locked_labels", "bound", "window", "crosshair_mm",
-                  "tool_radius_mm", "tool_label"});
+                  "tool_radius_mm", "tool_label", "iso_list"});
     const auto save = in.find("save"), volumes = in.find("volumes");
     if (!save || !volumes)
         in.complain("expected \"save\" and \"volumes\"");

@@ -83,13 +83,31 @@ void Session::show(Scene scene) {
     choices_.wake();
 }
 
+namespace {
+
+// The surface at `from`, or else the first one, goes to a value where none is yet.
+void move_surface(std::vector<IsoSurface>& isos, double from, double to) {
+    const auto at = [&](double value) {
+        return std::find_if(isos.begin(), isos.end(),
+                            [&](const IsoSurface& iso) { return iso.value == value; });
+    };
+    if (isos.empty() || at(to) != isos.end())
+        return;
+    const auto moved = at(from);
+    (moved == isos.end() ? isos.front() : *moved).value = to;
+    std::sort(isos.begin(), isos.end(),
+              [](const IsoSurface& a, const IsoSurface& b) { return a.value < b.value; });
+}
+
+} // namespace
+
 void Session::set_iso(double value) {
     TouchParameters parameters = parameters_.latest();
-    parameters.iso = value;
+    const double before = std::exchange(parameters.iso, value);
     feel(parameters);
     Scene scene = scenes_.latest();
-    if (scene.ray_cast && !scene.ray_cast->isos.empty())
-        scene.ray_cast->isos.front().value = value;
+    if (scene.ray_cast)
+        move_surface(scene.ray_cast->isos, before, value);
     for (SurfaceLayer& surface : scene.surfaces)
         if (surface.live_iso)
             surface.live_iso = value;

@@ -101,8 +101,8 @@ class Session {
     // With the next picture: transfer functions, styles, camera. Its surfaces are live ones.
     void show(Scene scene);
     const Scene& scene() const { return scenes_.latest(); }
-    // The iso-value of all of it: what is solid to the hand, the mesh, live surfaces, and the first
-    // one seen by rays.
+    // The iso-value of all of it: what is solid to the hand, the mesh, live surfaces, and of those
+    // seen by rays the one that was at the value before, or else the first.
     void set_iso(double value);
     // The transfer function of all of it: of rays, and, where a hand feels opacities (a table in
     // TouchParameters::opacity), of the hand. Of more than HapticTransfer::kMostPoints points it

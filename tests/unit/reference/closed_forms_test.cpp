@@ -162,6 +162,45 @@ TEST(ClosedForms, SphereIsMetAtItsSurface) {
         first);
 }
 
+// A ray meets nested spheres from outside in, and again on its way out: each lays its colour over
+// what lies behind it.
+TEST(ClosedForms, NestedSpheresAreLaidOverEachOtherInTheirOrder) {
+    struct Sphere {
+        double radius;
+        IsoSurface surface;
+    };
+    const std::vector<Sphere> spheres{{9.0, {-9.0, {0.9, 0.2, 0.1}, 0.3}},
+                                      {7.0, {-7.0, {0.1, 0.8, 0.3}, 0.6}},
+                                      {4.0, {-4.0, {0.2, 0.3, 0.9}, 0.45}},
+                                      {1.5, {-1.5, {1.0, 1.0, 0.5}, 0.8}}};
+    const SceneData data{
+        sampled(centered_grid(12.0, 0.25), [](glm::dvec3 p) { return -glm::length(p); }), {}};
+    Scene scene = alpha_scene(value_is_opacity(), 0.1);
+    scene.ray_cast->mode = RayMode::iso;
+    scene.ray_cast->shading = Shading{1.0, 0.0, 0.0, 1.0}; // colours as given
+    scene.ray_cast->min_transmittance = 0.0;
+    for (const Sphere& sphere : spheres)
+        scene.ray_cast->isos.push_back(sphere.surface);
+    // Each ray passes all spheres well inside or well outside: linear interpolation moves a sphere
+    // by 3 h^2 / (8 r) at most, 0.02 mm here.
+    for (const double impact : {0.3, 1.0, 2.5, 5.5, 8.0, 10.0}) {
+        std::vector<const IsoSurface*> met;
+        for (const Sphere& sphere : spheres)
+            if (sphere.radius > impact)
+                met.push_back(&sphere.surface);
+        for (size_t i = met.size(); i-- > 0;)
+            met.push_back(met[i]);
+        glm::dvec4 expected(0.0); // colour by opacity, and opacity; from behind
+        for (size_t i = met.size(); i-- > 0;) {
+            const double a = met[i]->opacity;
+            expected = glm::dvec4(a * met[i]->color, a) + (1.0 - a) * expected;
+        }
+        scene.camera = passing_at(impact);
+        for (const auto pixel : {&twin_pixel, &truth_pixel})
+            EXPECT_LT(glm::length(pixel(scene, data, {0, 0}, 0).rgba - expected), 1e-9) << impact;
+    }
+}
+
 TEST(ClosedForms, RadialMaximum) {
     const double sigma = 4.0, impact = 2.37;
     const auto blob = [&](glm::dvec3 p) {

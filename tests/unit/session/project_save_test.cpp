@@ -17,11 +17,12 @@ using testing::HasSubstr;
 
 // The text of one alone, and of all of them, gives the same again.
 TEST(Kept, ComesBackFromItsText) {
-    std::vector<Kept> all(3);
+    std::vector<Kept> all(4);
     all[0].crosshair_mm = glm::dvec3(-1.5, 0.0, 1e6);
     all[1].tool_radius_mm = 3.25;
     all[2].tool_label = 300;
-    all.push_back({all[0].crosshair_mm, all[1].tool_radius_mm, all[2].tool_label});
+    all[3].isos = {{{-300.0, {0.9, 0.625, 0.5}, 0.35}, "skin"}, {{1e-3}, "", false}};
+    all.push_back({all[0].crosshair_mm, all[1].tool_radius_mm, all[2].tool_label, all[3].isos});
     for (const Kept& kept : all) {
         const std::string text = json_line(kept_json(kept));
         const Result<Json> json = parse_json(text, "kept");

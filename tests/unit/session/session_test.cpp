@@ -192,6 +192,26 @@ TEST(Session, AnIsoValueIsOneForHandMeshAndPicture) {
     EXPECT_EQ(eye.look().data.meshes.size(), 1u);
 }
 
+TEST(Session, OfSeveralSurfacesTheFeltOneMovesAndTheyStaySorted) {
+    Session session(setup());
+    const auto values = [&] {
+        std::vector<double> all;
+        for (const IsoSurface& iso : session.scene().ray_cast->isos)
+            all.push_back(iso.value);
+        return all;
+    };
+    Scene scene = session.scene();
+    scene.ray_cast->isos = {{-300.0}, {100.0}, {300.0}};
+    session.show(scene);
+    session.set_iso(300.0);
+    EXPECT_EQ(values(), (std::vector<double>{-300.0, 100.0, 300.0}));
+    session.set_iso(50.0); // bone goes below the one between
+    EXPECT_EQ(values(), (std::vector<double>{-300.0, 50.0, 100.0}));
+    session.set_iso(-300.0); // where skin is
+    EXPECT_EQ(values(), (std::vector<double>{-300.0, 50.0, 100.0}));
+    EXPECT_EQ(session.parameters().iso, -300.0);
+}
+
 TEST(Session, SaysWhatWasRefused) {
     Session session(setup());
     session.undo();
