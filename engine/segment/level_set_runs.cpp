@@ -1,9 +1,11 @@
 // Level sets as rows of the table of methods.
 
+#include <algorithm>
 #include <functional>
 
 #include "engine/segment/level_set.h"
 #include "engine/segment/level_set_speed.h"
+#include "engine/segment/map_values.h"
 #include "engine/segment/march_cost.h"
 #include "engine/segment/method_parts.h"
 #include "engine/segment/method_runs.h"
@@ -17,6 +19,9 @@ namespace {
 // The last steps of a surface of the usual curvature: the share of it, and for how long, in
 // the smallest spacing. The surface goes no farther than that.
 constexpr double kLastCurvature = 0.05, kLastWay = 4.0;
+// The last steps to an edge end when the surface has come to a twentieth of its distance, exp(-3),
+// on an edge of up to 4 sigma, whose profile is sqrt(4.4) sigma wide (edge_place_speed).
+constexpr double kLastFalls = 3.0, kWidestEdge = 4.4;
 
 // Findings from the data, for people and as values of parameters.
 struct Found {
@@ -29,6 +34,9 @@ struct Forces {
     // The speed of the last steps of a surface that has come to rest with this signed distance, in
     // the place of all other forces; none: these go on.
     std::function<Result<Volume>(const Volume& distance, const Task& task)> last_speed{};
+    // How long they take at most, in mm, and how far the surface is moved outward after them.
+    double last_time = 0.0;
+    std::function<Result<Volume>(const Volume& distance, const Task& task)> last_shift{};
 };
 
 // Gradient vector flow of the volume's edges, as packed floats. The edges are computed once an
@@ -42,6 +50,15 @@ Result<VectorField> flow_of(const Volume& volume, double sigma_mm, const Task& t
         parts.push_back(std::move(flow));
     }
     return VectorField{parts[0], parts[1], parts[2]};
+}
+
+// A signed distance of a surface that is moved outward by so much; what is the farthest stays.
+Result<Volume> moved_outward(const Volume& distance, const Volume& shift_mm, const Task& task) {
+    const float most = std::max(-distance.range().min, distance.range().max);
+    return map_values<float>(std::array{&distance, &shift_mm}, task, [=](auto v) {
+        const float d = float(v[0]);
+        return std::abs(d) < most ? std::clamp(float(v[0] - v[1]), -most, most) : d;
+    });
 }
 
 // The distance to the seeds of a label less a radius whose curvature is half as strong as a speed
@@ -102,13 +119,17 @@ Result<Segmented> run_level(
             if (moved.report.end == End::vanished)
                 found.note += "; add seeds, or choose another range of values or less curvature";
         }
-        if (options.curvature_mm == usual && moved.report.end == End::settled) {
+        // Steps that end at an edge lead a surface that has not come to rest nowhere else.
+        const LevelSetReport before = moved.report;
+        const bool goes_on =
+            before.end == End::settled || (forces.last_speed && before.end != End::vanished);
+        if (options.curvature_mm == usual && goes_on) {
             // It has kept the surface even as it grew, and now holds it off where the speed is 0.
             LevelSetOptions last = options;
             last.curvature_mm *= kLastCurvature;
             last.last_time = kLastWay * least;
-            const int grown = moved.report.iterations;
-            last.most_iterations -= grown;
+            if (before.end == End::settled)
+                last.most_iterations -= before.iterations;
             LevelSetForces last_given = given;
             std::optional<Volume> last_speed;
             if (forces.last_speed) {
@@ -116,13 +137,22 @@ Result<Segmented> run_level(
                 last_given = {.speed = &*last_speed};
                 last.propagation = 1.0;
                 last.advection_mm = 0.0;
+                last.last_time = std::max(last.last_time, forces.last_time);
             }
             // A volume that is all object has no surface to go on with.
             if (Result<LevelSetResult> moved_on =
                     level_set({.distance = &*moved.distance}, last_given, last, part)) {
-                moved = std::move(*moved_on);
-                moved.report.iterations += grown;
-                moved.report.end = End::settled;
+                moved.distance = std::move(moved_on->distance);
+                moved.report = before;
+                if (before.end == End::settled)
+                    moved.report.iterations += moved_on->report.iterations;
+                last_speed.reset();
+                if (forces.last_shift) {
+                    PALPATE_TRY(const Volume shift,
+                                forces.last_shift(*moved.distance, {task.stop, {}}));
+                    PALPATE_TRY(moved.distance,
+                                moved_outward(*moved.distance, shift, {task.stop, {}}));
+                }
             } else if (task.stop.stop_requested()) {
                 return pass_on(moved_on);
             }
@@ -206,6 +236,11 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
         forces.speed = forces.edge;
         forces.last_speed = [&input, edges](const Volume& distance, const Task& last) {
             return edge_place_speed(input.volume, distance, edges, last);
+        };
+        forces.last_time = kLastFalls * kWidestEdge * edges.sigma_mm * edges.sigma_mm /
+                           (2.0 * smallest_spacing_mm(input.volume.grid()));
+        forces.last_shift = [&input, edges](const Volume& distance, const Task& last) {
+            return edge_shift_mm(input.volume, distance, edges, last);
         };
         return forces;
     };

@@ -40,7 +40,10 @@ const std::array<glm::ivec3, 9> kUpToSecond{glm::ivec3{1, 0, 0}, {0, 1, 0}, {0, 
                                             {2, 0, 0},           {0, 2, 0}, {0, 0, 2},
                                             {1, 1, 0},           {1, 0, 1}, {0, 1, 1}};
 
+enum class Edge { place, shift };
+
 struct EdgePlace {
+    Edge what;
     Derivatives derivatives;
     const Volume& distance;
     EdgeSpeedOptions options;
@@ -52,7 +55,10 @@ struct EdgePlace {
         thread_local std::vector<std::vector<float>> d;
         thread_local std::vector<float> away(size_t{kWide} * kWide * kWide), made(kBrickSamples);
         const Brick& near = distance.brick(at);
-        const bool has_surface = near.range().min < 0.0f && near.range().max > 0.0f;
+        // Beyond two spacings distances are all the same.
+        const bool has_surface = what == Edge::shift
+                                     ? near.range().min < near.range().max
+                                     : near.range().min < 0.0f && near.range().max > 0.0f;
         if (!has_surface || !derivatives.compute(at, kUpToSecond, d))
             return constant_brick(ScalarType::f32, 0.0f);
         read_box(distance, glm::ivec3(at * kBrickSide) - 1, glm::ivec3(kWide),
@@ -69,17 +75,17 @@ struct EdgePlace {
                         const double rise = double{phi[strides[k]]} - double{phi[-strides[k]]};
                         outward[k] = std::isnan(rise) ? 0.0 : rise;
                     }
-                    made[i] = float(speed(d, i, world * outward));
+                    made[i] = float(value(d, i, world * outward));
                 }
         return Brick::make(std::span<const float>(made), valid);
     }
 
-    double speed(const std::vector<std::vector<float>>& d, size_t i, glm::dvec3 outward) const {
+    double value(const std::vector<std::vector<float>>& d, size_t i, glm::dvec3 outward) const {
         const auto at = [&](size_t n) { return double{d[n][i]}; };
         const glm::dvec3 g = world * glm::dvec3(at(0), at(1), at(2));
         const double length = glm::length(g);
         if (!(length > 0.0)) // flat, or no data
-            return length == 0.0 ? 0.0 : double(NAN);
+            return length == 0.0 || what == Edge::shift ? 0.0 : double(NAN);
         const glm::dmat3 h(at(3), at(6), at(7), at(6), at(4), at(8), at(7), at(8), at(5));
         const glm::dmat3 hessian = world * h * glm::transpose(world);
         const double along = glm::dot(g, hessian * g) / (length * length);
@@ -87,23 +93,42 @@ struct EdgePlace {
         const double slope = glm::dot(g, outward);
         const double side = slope > 0.0 ? 1.0 : slope < 0.0 ? -1.0 : 0.0;
         const double indicator = 1.0 / (1.0 + std::pow(length / options.edge, options.exponent));
-        return side * std::clamp(smallest_mm * (along + trace) / length, -1.0, 1.0) *
-               (1.0 - indicator);
+        if (what == Edge::place)
+            return side * std::clamp(2.0 * smallest_mm * along / length, -1.0, 1.0) *
+                   (1.0 - indicator);
+        const double out_mm =
+            0.5 * options.sigma_mm * options.sigma_mm * side * (trace - along) / length;
+        const double most_mm = 0.5 * options.sigma_mm;
+        return indicator < 0.5 && std::isfinite(out_mm) ? std::clamp(out_mm, -most_mm, most_mm)
+                                                        : 0.0;
     }
 };
+
+Result<Volume> about_edge(Edge what, const Volume& volume, const Volume& distance,
+                          const EdgeSpeedOptions& options, const Task& task) {
+    if (volume.size() != distance.size())
+        return fail("expected a distance on the grid of the volume, found another grid");
+    PALPATE_TRY(Derivatives::check(volume, options.sigma_mm));
+    const EdgePlace place{what,
+                          Derivatives(volume, options.sigma_mm),
+                          distance,
+                          options,
+                          glm::transpose(glm::inverse(glm::dmat3(volume.grid().world_from_index))),
+                          smallest_spacing_mm(volume.grid())};
+    return make_bricks(volume.grid(), ScalarType::f32, task,
+                       [&](glm::uvec3 at) { return place.brick(at); });
+}
 
 } // namespace
 
 Result<Volume> edge_place_speed(const Volume& volume, const Volume& distance,
                                 const EdgeSpeedOptions& options, const Task& task) {
-    if (volume.size() != distance.size())
-        return fail("expected a distance on the grid of the volume, found another grid");
-    PALPATE_TRY(Derivatives::check(volume, options.sigma_mm));
-    const EdgePlace place{Derivatives(volume, options.sigma_mm), distance, options,
-                          glm::transpose(glm::inverse(glm::dmat3(volume.grid().world_from_index))),
-                          smallest_spacing_mm(volume.grid())};
-    return make_bricks(volume.grid(), ScalarType::f32, task,
-                       [&](glm::uvec3 at) { return place.brick(at); });
+    return about_edge(Edge::place, volume, distance, options, task);
+}
+
+Result<Volume> edge_shift_mm(const Volume& volume, const Volume& distance,
+                             const EdgeSpeedOptions& options, const Task& task) {
+    return about_edge(Edge::shift, volume, distance, options, task);
 }
 
 Result<Volume> region_speed(const Volume& volume, const SeedValues& inside,

@@ -25,17 +25,22 @@ struct EdgeSpeedOptions {
 };
 Result<Volume> edge_speed(const Volume& volume, const EdgeSpeedOptions& options, const Task& task);
 
-// 0 where an edge lies, for a surface near it whose signed distance is given: above 0 on the
-// surface's inner side, below 0 on the outer one, 0 far from the surface and where there is no
-// edge. With f the volume smoothed by sigma_mm, g its gradient and H its second derivatives, the
-// edge is where
-//     g . H g / |g|^2 + trace H = 0
-// (Verbeek & van Vliet 1994). Smoothing moves the steepest place of a ball's edge, where the first
-// term is 0, inward by sigma^2 / radius, and the place where the second is 0 outward by as much.
-// The length of g that an edge has at least is `edge`; h is the smallest spacing:
-//     P = +-h (g . H g / |g|^2 + trace H) / |g| * (1 - Z),  at least -1 and at most 1.
+// 0 where the smoothed edge is steepest, for a surface near it whose signed distance is given:
+// above 0 on the surface's inner side, below 0 on the outer one, 0 far from the surface and where
+// there is no edge. With f the volume smoothed by sigma_mm, g its gradient and H its second
+// derivatives, the length of g that an edge has at least being `edge` and h the smallest spacing:
+//     P = +-2 h (g . H g / |g|^2) / |g| * (1 - Z),  at least -1 and at most 1.
+// On an edge that is S wide (standard deviation of its profile in f) a surface comes nearer by
+// exp(-2 h t / S^2) in a time t.
 Result<Volume> edge_place_speed(const Volume& volume, const Volume& distance,
                                 const EdgeSpeedOptions& options, const Task& task);
+
+// How far smoothing has moved an edge inward: by sigma^2 / radius on a ball, whatever the edge's
+// profile. (u = r f obeys the heat equation in one dimension, so that a profile e(r) becomes, but
+// for its own smoothing, e + (sigma^2 / r) e'.) In mm, by half of sigma^2 times the sum of the
+// principal curvatures of f's surfaces, at most sigma / 2; 0 where there is no edge or no surface.
+Result<Volume> edge_shift_mm(const Volume& volume, const Volume& distance,
+                             const EdgeSpeedOptions& options, const Task& task);
 
 // Region competition as ITK-SNAP has it (Zhu & Yuille 1996): the probability that a sample is
 // inside less that it is outside, here by Bayes' rule with equal priors and normal distributions of

@@ -15,7 +15,7 @@ namespace palpate {
 // samples of white noise stay below. The noise is that of the second differences beside the seeds.
 // From there the steepest ways up and down lead to both sides, as long as the gradient becomes
 // shorter. A seed is on the side whose value is nearer to its own; where noise may have decided
-// that, by the sign of g . H g / |g|^2 + trace H (edge_place_speed).
+// that, by the sign of g . H g / |g|^2 + trace H (Verbeek & van Vliet 1994).
 //
 // Where the seeds of one ball then have values of two kinds (upper_kind), those of its centre's
 // kind stay; of seeds in no ball, those of the more frequent kind. Balls of several kinds, such as

@@ -22,6 +22,42 @@ TEST(FastMarchingDefault, FindsShapesFromSeedsOnBlurredEdges) {
     seeded::expect_found("fast-marching", 0.1, 1, 12.0, 0.9, 1.0);
 }
 
+// Balls whose edge is a Gaussian's or a ramp of two samples or of four: the distance that is asked
+// for is that of the ball itself, to 0.1 mm, within two spacings of its surface, whatever the
+// edge's profile. The widest one has not settled when its steps to the edge begin.
+TEST(LevelSetEdges, DistancesAreOfTheBallWhateverItsEdge) {
+    const double radius_mm = 8.0;
+    const glm::dvec3 middle(0.2, -0.3, 0.1);
+    for (const double ramp_mm : {0.0, 2.0, 4.0}) {
+        const Grid grid = make_grid(glm::uvec3(30), glm::dvec3(1.0), glm::dvec3(-14.5));
+        const auto depth = [&](glm::uvec3 i) {
+            return glm::distance(world_point(grid, glm::dvec3(i)), middle) - radius_mm;
+        };
+        const Volume volume = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+            const double inside = ramp_mm > 0.0
+                                      ? std::clamp(0.5 - depth(i) / ramp_mm, 0.0, 1.0)
+                                      : 0.5 * std::erfc(depth(i) / (std::sqrt(2.0) * 0.7));
+            return 200.0 * inside;
+        });
+        const std::vector<SeedBall> balls{{1, {1.0, -1.0, 0.5}, 3.0}};
+        const Result<Segmented> made =
+            segment(*find_segment_method("level-set-edges"),
+                    {volume, *seed_map(volume, balls), balls, 0}, {}, {});
+        ASSERT_TRUE(made) << made.error().message;
+        ASSERT_TRUE(made->distance);
+        double squares = 0.0, count = 0.0;
+        for (uint32_t z = 0; z < 30; ++z)
+            for (uint32_t y = 0; y < 30; ++y)
+                for (uint32_t x = 0; x < 30; ++x)
+                    if (const double expected = depth({x, y, z}); std::abs(expected) < 1.9) {
+                        const double off = made->distance->value({x, y, z}) - expected;
+                        squares += off * off, ++count;
+                    }
+        EXPECT_GT(count, 1000.0);
+        EXPECT_LE(std::sqrt(squares / count), 0.1) << "a ramp of " << ramp_mm << " mm";
+    }
+}
+
 // Seeds in one plane, in values with noise: each method finds the ball, or says what it asks for.
 TEST(PlaneSeeds, EachMethodGrowsOrSaysWhatItNeeds) {
     const seeded::Case one =
