@@ -36,7 +36,8 @@ Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded,
     const profile::Scope scope("make meshes");
     loaded.data.meshes.clear();
     for (size_t i = 0; i < file.surfaces.size(); ++i) {
-        if (i < file.scene.surfaces.size() && file.scene.surfaces[i].live_iso) {
+        if (i < file.scene.surfaces.size() &&
+            (file.scene.surfaces[i].live_iso || file.scene.surfaces[i].live_labels)) {
             loaded.data.meshes.push_back(nullptr);
             continue;
         }

@@ -6,6 +6,7 @@
 
 #include "engine/render/seen_box.h"
 #include "engine/render/targets.h"
+#include "engine/surface/block_nets.h"
 #include "engine/volume/changes.h"
 
 namespace palpate {
@@ -14,6 +15,16 @@ namespace {
 
 // In samples: of cubic interpolation, and of differences between neighbours that are interpolated.
 constexpr double kReach = 2.0;
+
+bool shows_walls(const Scene& scene) {
+    return std::ranges::any_of(scene.surfaces, &SurfaceLayer::live_labels);
+}
+
+// In samples: how far from a changed label the walls between labels move, or their normals turn.
+double reach_of_walls() {
+    const BlockNetsOptions walls;
+    return 2.0 * walls.passes + walls.normal_rounds + 3.0;
+}
 
 // Whether a surface of the scene is made from its volume.
 bool follows(const Scene& scene) {
@@ -53,14 +64,16 @@ PixelBox changed_pixels(const Scene& scene, const Volume& before, const Volume& 
     const double outline_px = std::max(scene.labels ? double(scene.labels->outline_px) : 0.0, 0.0);
     const glm::dvec2 margin_px(std::ceil(outline_px) + 1.0);
     const std::vector<View> views = views_of(scene);
+    const bool has_walls = shows_walls(scene);
+    const double reach = has_walls ? reach_of_walls() : kReach;
     PixelBox changed;
     for (const ChangedBrick& brick : changed_bricks(before, after)) {
         const auto [low, high] = changed_samples(brick);
         const glm::dvec3 first(brick.position * kBrickSide);
-        const AxisBox box{first + glm::dvec3(low) - kReach,
-                          first + glm::dvec3(high) - 1.0 + kReach};
+        const AxisBox box{first + glm::dvec3(low) - reach, first + glm::dvec3(high) - 1.0 + reach};
         const auto shows = [&](const SliceLayer& slice) { return meets(slice, after.grid(), box); };
-        if (!scene.ray_cast && std::none_of(scene.slices.begin(), scene.slices.end(), shows))
+        if (!scene.ray_cast && !has_walls &&
+            std::none_of(scene.slices.begin(), scene.slices.end(), shows))
             continue;
         for (const View& view : views) {
             const auto seen = seen_box(view, after.grid().world_from_index, box);

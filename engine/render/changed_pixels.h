@@ -17,8 +17,8 @@ PixelBox united(const PixelBox& a, const PixelBox& b);
 // A box of pixels outside of which a scene's picture, in each of its eyes, stays the same when its
 // volume or its label map changes from `before` to `after`: about all changed samples that its
 // rays, or else its slices, pass within the reach of interpolation and gradients. All pixels where
-// the two are of another size, grid or type, or a live surface follows the volume. Meshes are not
-// looked at (seen_box.h).
+// the two are of another size, grid or type, or a live surface follows the volume. Walls between
+// live labels move with them, so far as smoothing reaches. Meshes are not looked at (seen_box.h).
 PixelBox changed_pixels(const Scene& scene, const Volume& before, const Volume& after);
 
 } // namespace palpate

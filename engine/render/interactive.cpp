@@ -36,12 +36,18 @@ PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
 
 // ChangedPixels need meshes that are known and not see-through.
 bool can_redraw(const Scene& scene) {
-    return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [](const SurfaceLayer& layer) {
-        const auto is_whole = [](double opacity) { return opacity <= 0.0 || opacity >= 1.0; };
-        return !layer.live_iso && is_whole(layer.style.opacity) &&
-               std::all_of(layer.label_styles.begin(), layer.label_styles.end(),
-                           [&](const auto& style) { return is_whole(style.opacity); });
-    });
+    const auto is_whole = [](double opacity) { return opacity <= 0.0 || opacity >= 1.0; };
+    const bool whole_labels =
+        !scene.labels || std::ranges::all_of(scene.labels->styles, [&](const LabelStyle& style) {
+            return is_whole(style.opacity);
+        });
+    return std::all_of(
+        scene.surfaces.begin(), scene.surfaces.end(), [&](const SurfaceLayer& layer) {
+            return !layer.live_iso && (!layer.live_labels || whole_labels) &&
+                   is_whole(layer.style.opacity) &&
+                   std::all_of(layer.label_styles.begin(), layer.label_styles.end(),
+                               [&](const auto& style) { return is_whole(style.opacity); });
+        });
 }
 
 uint64_t version_of(const std::optional<Volume>& volume) {

@@ -12,9 +12,25 @@ bool is_of(const GpuSurface& live, const Volume& volume) {
     return live.volume().grid() == volume.grid() && live.volume().type() == volume.type();
 }
 
+// Whether keys have numbers for all triangles of a pool.
+Result<void> expect_numbers(const std::string& name, SurfacePool& pool) {
+    uint64_t triangles = 0;
+    for (const SurfacePool::Arena& arena : pool.arenas())
+        triangles += arena.free_triangles.capacity();
+    if (triangles > gpu::kSurfaceLeaving)
+        return fail("{}: expected room for at most {} triangles, found {}", name,
+                    gpu::kSurfaceLeaving, triangles);
+    return {};
+}
+
 } // namespace
 
 bool SceneSurface::shows(const Source& source) const {
+    if (source.live_labels && !source.labels)
+        return !mesh_ && !live_ && !walls_;
+    if (source.live_labels)
+        return walls_ && walls_->labels().grid() == source.labels->grid() &&
+               walls_->labels().is_same_as(*source.labels);
     if (source.live_iso)
         return live_ && live_->iso() == *source.live_iso && is_of(*live_, source.volume) &&
                live_->volume().is_same_as(source.volume);
@@ -22,8 +38,17 @@ bool SceneSurface::shows(const Source& source) const {
 }
 
 glm::dmat4 SceneSurface::world_from_mesh() const {
-    return live_ ? palpate::world_from_mesh(live_->volume().grid())
-                 : mesh_->source()->world_from_mesh;
+    if (mesh_)
+        return mesh_->source()->world_from_mesh;
+    return live_    ? palpate::world_from_mesh(live_->volume().grid())
+           : walls_ ? palpate::world_from_mesh(walls_->labels().grid())
+                    : glm::dmat4(1.0);
+}
+
+uint32_t SceneSurface::largest_label() const {
+    if (walls_)
+        return static_cast<uint32_t>(std::max(0.0f, walls_->labels().range().max));
+    return mesh_ ? mesh_->largest_label() : 0;
 }
 
 void SceneSurface::list_arrays() {
@@ -32,12 +57,13 @@ void SceneSurface::list_arrays() {
         arrays_.push_back({mesh_->positions(), mesh_->triangles(), mesh_->normals(),
                            mesh_->labels(), mesh_->triangle_count(), mesh_->triangle_count(), 0});
     uint32_t first_number = 0;
-    if (live_)
-        for (SurfacePool::Arena& arena : live_->pool().arenas()) {
+    if (live_ || walls_)
+        for (SurfacePool::Arena& arena : (live_ ? live_->pool() : walls_->pool()).arenas()) {
             const uint32_t capacity = arena.free_triangles.capacity();
+            Buffer& labels = arena.labels ? *arena.labels : arena.triangles; // or not read
             if (arena.end > 0)
-                arrays_.push_back({arena.positions, arena.triangles, *arena.normals,
-                                   arena.triangles, arena.end, capacity, first_number});
+                arrays_.push_back({arena.positions, arena.triangles, *arena.normals, labels,
+                                   arena.end, capacity, first_number});
             first_number += capacity;
         }
 }
@@ -57,14 +83,17 @@ Result<size_t> SurfaceStore::take(Held& held, const std::string& name,
     if (!surface.shows(source)) {
         ++surface.version_;
         surface.arrays_.clear();
-        if (source.live_iso) {
+        if (source.live_labels) {
+            PALPATE_TRY(made_blocks, keep_walls(surface, name, source.labels, commands));
+        } else if (source.live_iso) {
             PALPATE_TRY(made_blocks,
                         keep_live(surface, name, *source.live_iso, source.volume, commands));
         } else {
             PALPATE_TRY(keep_mesh(surface, name, source.mesh, commands));
         }
         surface.list_arrays();
-        surface.bounds_ = source.live_iso ? std::nullopt : box_of(*source.mesh);
+        surface.bounds_ =
+            source.live_iso || source.live_labels ? std::nullopt : box_of(*source.mesh);
     }
     held.version = surface.version_;
     return made_blocks;
@@ -82,6 +111,7 @@ void SurfaceStore::drop_unused() {
 Result<void> SurfaceStore::keep_mesh(SceneSurface& surface, const std::string& name,
                                      const std::shared_ptr<const Mesh>& mesh, Commands& commands) {
     surface.live_.reset();
+    surface.walls_.reset();
     const bool changes = surface.mesh_.has_value();
     if (changes && surface.mesh_->update(mesh, commands))
         return {};
@@ -95,6 +125,7 @@ Result<void> SurfaceStore::keep_mesh(SceneSurface& surface, const std::string& n
 Result<size_t> SurfaceStore::keep_live(SceneSurface& surface, const std::string& name, float iso,
                                        const Volume& volume, Commands& commands) {
     surface.mesh_.reset();
+    surface.walls_.reset();
     size_t made_blocks = 0;
     std::optional<GpuSurface>& live = surface.live_;
     if (live && is_of(*live, volume)) {
@@ -124,13 +155,35 @@ Result<size_t> SurfaceStore::keep_live(SceneSurface& surface, const std::string&
         live.emplace(*extraction_, volume, iso, closed, maker);
         made_blocks += live->blocks().size();
     }
-    uint64_t triangles = 0;
-    for (const SurfacePool::Arena& arena : live->pool().arenas())
-        triangles += arena.free_triangles.capacity();
-    if (triangles > gpu::kSurfaceLeaving) {
+    Result<void> can_number = expect_numbers(name, live->pool());
+    if (!can_number) {
         live.reset();
-        return fail("{}: expected room for at most {} triangles, found {}", name,
-                    gpu::kSurfaceLeaving, triangles);
+        return pass_on(can_number);
+    }
+    return made_blocks;
+}
+
+Result<size_t> SurfaceStore::keep_walls(SceneSurface& surface, const std::string& name,
+                                        const Volume* labels, Commands& commands) {
+    surface.mesh_.reset();
+    surface.live_.reset();
+    std::optional<LabelWalls>& walls = surface.walls_;
+    if (!labels) {
+        walls.reset();
+        return size_t{0};
+    }
+    size_t made_blocks = 0;
+    if (walls && walls->labels().grid() == labels->grid()) {
+        made_blocks = walls->record_update(commands, *labels);
+    } else {
+        walls.reset();
+        walls.emplace(*device_, *labels, commands);
+        made_blocks = walls->block_count();
+    }
+    Result<void> can_number = expect_numbers(name, walls->pool());
+    if (!can_number) {
+        walls.reset();
+        return pass_on(can_number);
     }
     return made_blocks;
 }

@@ -10,6 +10,7 @@
 #include "engine/render/surface_mesh.h"
 #include "engine/scene/scene.h"
 #include "engine/surface_gpu/gpu_surface.h"
+#include "engine/surface_gpu/label_walls.h"
 
 namespace palpate {
 
@@ -21,7 +22,7 @@ struct SurfaceArrays {
 };
 
 // A surface of a scene on the device: a mesh, or a live surface, which is extracted into the
-// device's memory (GpuSurface) and drawn from there.
+// device's memory (GpuSurface) and drawn from there, or the walls between live labels (LabelWalls).
 class SceneSurface {
  public:
     // The surface that a scene asks for. `mesh` is null for a live surface.
@@ -29,14 +30,16 @@ class SceneSurface {
         std::optional<float> live_iso;
         const Volume& volume; // of a live surface
         const std::shared_ptr<const Mesh>& mesh;
+        bool live_labels = false;
+        const Volume* labels = nullptr; // of these; null: there are none, and nothing is drawn
     };
     bool shows(const Source& source) const;
 
     const std::vector<SurfaceArrays>& arrays() const { return arrays_; }
-    bool has_labels() const { return mesh_ && mesh_->has_labels(); }
-    bool has_outer_labels() const { return mesh_ && mesh_->has_outer_labels(); }
-    bool has_normals() const { return live_ || mesh_->has_normals(); }
-    uint32_t largest_label() const { return mesh_ ? mesh_->largest_label() : 0; }
+    bool has_labels() const { return mesh_ ? mesh_->has_labels() : !live_; }
+    bool has_outer_labels() const { return mesh_ ? mesh_->has_outer_labels() : !live_; }
+    bool has_normals() const { return mesh_ ? mesh_->has_normals() : true; }
+    uint32_t largest_label() const; // on it, or more
     glm::dmat4 world_from_mesh() const;
     // The bounds of a mesh in its own space; none: unknown, as for a live surface.
     const std::optional<AxisBox>& bounds() const { return bounds_; }
@@ -46,7 +49,8 @@ class SceneSurface {
     void list_arrays();
 
     std::optional<GpuMesh> mesh_;
-    std::optional<GpuSurface> live_; // or this
+    std::optional<GpuSurface> live_;  // or this
+    std::optional<LabelWalls> walls_; // or this; none of them: labels that are not there
     std::vector<SurfaceArrays> arrays_;
     std::optional<AxisBox> bounds_;
     uint64_t version_ = 0; // counts its changes
@@ -80,6 +84,8 @@ class SurfaceStore {
  private:
     Result<void> keep_mesh(SceneSurface& surface, const std::string& name,
                            const std::shared_ptr<const Mesh>& mesh, Commands& commands);
+    Result<size_t> keep_walls(SceneSurface& surface, const std::string& name, const Volume* labels,
+                              Commands& commands);
     Result<size_t> keep_live(SceneSurface& surface, const std::string& name, float iso,
                              const Volume& volume, Commands& commands);
     void drop_unused();

@@ -73,7 +73,9 @@ Result<void> SurfacePass::keep_surfaces(const Scene& scene, const SceneData& dat
         std::optional<float> iso;
         if (scene.surfaces[i].live_iso)
             iso = static_cast<float>(*scene.surfaces[i].live_iso);
-        const SceneSurface::Source source{iso, data.volume, data.meshes[i]};
+        const SceneSurface::Source source{iso, data.volume, data.meshes[i],
+                                          scene.surfaces[i].live_labels,
+                                          data.labels ? &*data.labels : nullptr};
         SurfaceStore::Held& held = surfaces_[i];
         // Another layer of this scene may show the same: that must not change.
         if (std::ranges::count(surfaces_, held.surface, &SurfaceStore::Held::surface) > 1)
@@ -86,7 +88,9 @@ Result<void> SurfacePass::keep_surfaces(const Scene& scene, const SceneData& dat
 }
 
 Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
-    StyledFor wanted{scene.surfaces, {}};
+    StyledFor wanted{scene.surfaces, {}, {}};
+    if (std::ranges::any_of(scene.surfaces, &SurfaceLayer::live_labels))
+        wanted.label_layer = scene.labels;
     for (const SurfaceStore::Held& held : surfaces_)
         wanted.labels.emplace_back(held.surface->has_labels(), held.surface->largest_label());
     if (styled_for_ == wanted)
@@ -105,7 +109,9 @@ Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
         first_styles_.push_back(static_cast<uint32_t>(entries.size()));
         style_counts_.push_back(count);
         for (uint32_t label = 0; label < count; ++label) {
-            SurfaceStyle style = style_of(layer, label);
+            SurfaceStyle style = layer.live_labels && scene.labels
+                                     ? style_of(layer, *scene.labels, label)
+                                     : style_of(layer, label);
             if (label == 0 && surfaces_[i].surface->has_labels()) // background
                 style.opacity = 0.0;
             const float value = surfaces_[i].surface->has_labels()

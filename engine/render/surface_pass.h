@@ -80,6 +80,7 @@ class SurfacePass {
     struct StyledFor { // what the styles were made from
         std::vector<SurfaceLayer> layers;
         std::vector<std::pair<bool, uint32_t>> labels; // of each surface: any, and the largest
+        std::optional<LabelLayer> label_layer;         // of live labels
         friend bool operator==(const StyledFor&, const StyledFor&) = default;
     };
     std::optional<StyledFor> styled_for_;

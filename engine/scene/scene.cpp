@@ -27,7 +27,12 @@ LabelStyle style_of(const LabelLayer& layer, uint32_t label) {
         const double k = std::fmod(offset + hue, 6.0);
         return value - value * saturation * std::clamp(std::min(k, 4.0 - k), 0.0, 1.0);
     };
-    return {{channel(5.0), channel(3.0), channel(1.0)}, true};
+    return {.color = {channel(5.0), channel(3.0), channel(1.0)}};
+}
+
+SurfaceStyle style_of(const SurfaceLayer& layer, const LabelLayer& labels, uint32_t label) {
+    const LabelStyle style = style_of(labels, label);
+    return {style.color, style.visible ? style.opacity * layer.style.opacity : 0.0};
 }
 
 SurfaceStyle style_of(const SurfaceLayer& layer, uint32_t label) {

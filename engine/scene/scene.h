@@ -122,6 +122,7 @@ constexpr size_t kMaxSlices = 8;
 struct LabelStyle { // how one label is shown
     glm::dvec3 color{1.0};
     bool visible = true;
+    double opacity = 1.0; // 0 .. 1: of its surface in 3D
 
     friend bool operator==(const LabelStyle&, const LabelStyle&) = default;
 };
@@ -173,6 +174,11 @@ struct SurfaceLayer {
     // picture is that of the mesh, to the bit; with flat shading but where a ray runs exactly
     // through a vertex at which the surface folds twice.
     std::optional<double> live_iso{};
+    // Live, too: in place of a mesh, the walls between all labels of SceneData::labels, smoothed
+    // (engine/surface/block_nets.h), which follow the labels' edits. Colour, opacity and what is
+    // shown of each label are those of Scene::labels, its opacity times the one of `style`; so
+    // another style makes no triangle anew. Nothing is drawn in a scene without labels.
+    bool live_labels = false;
 
     friend bool operator==(const SurfaceLayer&, const SurfaceLayer&) = default;
 };
@@ -235,6 +241,8 @@ LabelStyle style_of(const LabelLayer& layer, uint32_t label);
 
 // The style of a label's triangles; of label 0 and of meshes without labels the layer's own.
 SurfaceStyle style_of(const SurfaceLayer& layer, uint32_t label);
+// The style of a label's triangles on a surface of live labels.
+SurfaceStyle style_of(const SurfaceLayer& layer, const LabelLayer& labels, uint32_t label);
 
 // The step a layer marches with: its own, or the smallest spacing where it leaves that open.
 double step_mm_of(const RayCastLayer& layer, const Grid& grid);

@@ -98,7 +98,7 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
         return fail("a scene: expected {} meshes, one for each surface, found {}",
                     scene.surfaces.size(), data.meshes.size());
     for (size_t i = 0; i < scene.surfaces.size(); ++i)
-        if (!data.meshes[i] && !scene.surfaces[i].live_iso)
+        if (!data.meshes[i] && !scene.surfaces[i].live_iso && !scene.surfaces[i].live_labels)
             return fail("a scene: expected a mesh for surface {}, found none", i + 1);
     if (scene.surface_depth < 1 || scene.surface_depth > kMaxSurfaceDepth)
         return fail("a scene: expected a surface depth of 1 .. {}, found {}", kMaxSurfaceDepth,

@@ -215,9 +215,12 @@ LabelLayer read_label_layer(const JsonValue& in) {
     in.take("slice_opacity", layer.slice_opacity, 0.0, 1.0);
     in.take("outline_px", layer.outline_px, 0.0, 100.0);
     if (const auto styles = in.find("styles"))
-        layer.styles = read_styles<LabelStyle>(
-            *styles, LabelLayer{}, {"label", "color", "visible"},
-            [](const JsonValue& item, LabelStyle& style) { item.take("visible", style.visible); });
+        layer.styles =
+            read_styles<LabelStyle>(*styles, LabelLayer{}, {"label", "color", "visible", "opacity"},
+                                    [](const JsonValue& item, LabelStyle& style) {
+                                        item.take("visible", style.visible);
+                                        item.take("opacity", style.opacity, 0.0, 1.0);
+                                    });
     return layer;
 }
 
@@ -255,9 +258,10 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
         if (source.labels && file.labels.empty())
             item.complain("expected \"labels\" in the scene, too, found none");
         if (const auto live = item.find("live"); live && live->boolean()) {
-            if (!source.iso)
-                item.complain("expected \"iso\" beside \"live\", found none");
+            if (!source.iso && !source.labels)
+                item.complain("expected \"iso\" or \"labels\" beside \"live\", found none");
             layer.live_iso = source.iso;
+            layer.live_labels = source.labels;
         }
         read_color(item, "color", layer.style.color);
         item.take("opacity", layer.style.opacity, 0.0, 1.0);

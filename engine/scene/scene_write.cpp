@@ -105,9 +105,13 @@ Json clip_planes_json(const SceneFile& file) {
 
 Json label_layer_json(const LabelLayer& layer) {
     Json styles = Json::array();
-    for (size_t i = 1; i < layer.styles.size(); ++i)
-        styles.push_back(
-            {{"label", i}, {"color", layer.styles[i].color}, {"visible", layer.styles[i].visible}});
+    for (size_t i = 1; i < layer.styles.size(); ++i) {
+        const LabelStyle& style = layer.styles[i];
+        Json out{{"label", i}, {"color", style.color}, {"visible", style.visible}};
+        if (style.opacity != 1.0)
+            out["opacity"] = style.opacity;
+        styles.push_back(std::move(out));
+    }
     return {{"styles", std::move(styles)},
             {"ray_cast_weight", layer.ray_cast_weight},
             {"slice_opacity", layer.slice_opacity},
@@ -126,7 +130,7 @@ Json surfaces_json(const SceneFile& file) {
             out["labels"] = true;
         else
             out["mesh"] = source.mesh;
-        if (layer.live_iso)
+        if (layer.live_iso || layer.live_labels)
             out["live"] = true;
         out["color"] = layer.style.color;
         out["opacity"] = layer.style.opacity;

@@ -31,8 +31,11 @@ Json name_json(const LabelName& name) {
 }
 
 Json style_json(const std::pair<const uint32_t, LabelStyle>& style) {
-    return {
+    Json entry{
         {"label", style.first}, {"color", style.second.color}, {"visible", style.second.visible}};
+    if (style.second.opacity != 1.0)
+        entry["opacity"] = style.second.opacity;
+    return entry;
 }
 
 Json plane_json(const ClipPlane& plane) {
@@ -90,10 +93,11 @@ Notes read_notes(const JsonValue& in) {
     for (const JsonValue& entry : items_of(in, "label_names", kMostLabels))
         notes.label_names.push_back(read_name(entry));
     for (const JsonValue& entry : items_of(in, "label_styles", kMostLabels)) {
-        entry.only_keys({"label", "color", "visible"});
+        entry.only_keys({"label", "color", "visible", "opacity"});
         LabelStyle& style = notes.label_styles[entry.at("label").whole_number(0, 65535)];
         style.color = entry.at("color").vector(0.0, 1.0);
         entry.take("visible", style.visible);
+        entry.take("opacity", style.opacity, 0.0, 1.0);
     }
     for (const JsonValue& label : items_of(in, "locked_labels", kMostLabels))
         notes.locked_labels.push_back(static_cast<uint16_t>(label.whole_number(1, 65535)));

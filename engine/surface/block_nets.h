@@ -10,9 +10,9 @@ namespace palpate {
 
 // How walls between labels are made to be looked at.
 struct BlockNetsOptions {
-    uint32_t passes = 4;        // of smoothing
+    uint32_t passes = 3;        // of smoothing
     double bound = 0.49;        // most a vertex may move on each axis, in samples
-    uint32_t normal_rounds = 4; // of wall_normals()
+    uint32_t normal_rounds = 3; // of wall_normals()
 };
 
 // The walls between all labels of a volume that is being edited, kept up to date block by block of

@@ -43,15 +43,17 @@ void SurfacePool::add_arena(Size least, Commands& commands) {
     const auto buffer = [&](const char* name, uint64_t count, uint64_t bytes) {
         return Buffer(*device_, name, count * bytes, Memory::device);
     };
-    const auto if_wanted = [&](bool wanted, const char* name, uint64_t bytes) {
-        return wanted ? std::optional(buffer(name, vertices, bytes)) : std::nullopt;
+    const auto if_wanted = [&](bool wanted, const char* name, uint64_t count, uint64_t bytes) {
+        return wanted ? std::optional(buffer(name, count, bytes)) : std::nullopt;
     };
-    arenas_.push_back({.positions = buffer("surface positions", vertices, sizeof(glm::vec3)),
-                       .normals = if_wanted(normals_, "surface normals", sizeof(glm::vec3)),
-                       .edges = if_wanted(edges_, "surface edges", sizeof(uint32_t)),
-                       .triangles = buffer("surface triangles", triangles, sizeof(glm::uvec3)),
-                       .free_vertices = RangeAllocator(vertices, kVertexQuantum),
-                       .free_triangles = RangeAllocator(triangles, kTriangleQuantum)});
+    arenas_.push_back(
+        {.positions = buffer("surface positions", vertices, sizeof(glm::vec3)),
+         .normals = if_wanted(normals_, "surface normals", vertices, sizeof(glm::vec3)),
+         .edges = if_wanted(edges_, "surface edges", vertices, sizeof(uint32_t)),
+         .labels = if_wanted(labels_, "surface labels", triangles, sizeof(uint32_t)),
+         .triangles = buffer("surface triangles", triangles, sizeof(glm::uvec3)),
+         .free_vertices = RangeAllocator(vertices, kVertexQuantum),
+         .free_triangles = RangeAllocator(triangles, kTriangleQuantum)});
     commands.zero(arenas_.back().triangles);
 }
 

@@ -35,6 +35,7 @@ class SurfacePool {
         Buffer positions;              // vec3[], mm in mesh space
         std::optional<Buffer> normals; // vec3[]
         std::optional<Buffer> edges;   // uint[]: block::edge_number() of each vertex
+        std::optional<Buffer> labels;  // uint[] of triangles: label | outer label << 16
         Buffer triangles;              // uvec3[]: vertices of this arena
         RangeAllocator free_vertices, free_triangles;
         uint32_t end = 0;                    // behind the last triangle ever taken
@@ -42,8 +43,8 @@ class SurfacePool {
         std::vector<PoolRange> given{};      // whose triangles are not yet (0, 0, 0)
     };
 
-    SurfacePool(GpuDevice& device, bool normals, bool edges)
-        : device_(&device), normals_(normals), edges_(edges) {}
+    SurfacePool(GpuDevice& device, bool normals, bool edges, bool labels = false)
+        : device_(&device), normals_(normals), edges_(edges), labels_(labels) {}
 
     struct Size {
         uint64_t vertices, triangles;
@@ -68,7 +69,7 @@ class SurfacePool {
     void add_arena(Size least, Commands& commands);
 
     GpuDevice* device_;
-    bool normals_, edges_;
+    bool normals_, edges_, labels_;
     std::deque<Arena> arenas_;
 };
 

@@ -94,6 +94,39 @@ TEST(SliceView, ACrosshairThatMovesInAPlaneLeavesItsSliceTheSame) {
     }
 }
 
+// They are one live surface behind those of the scene, and rays have no tint then.
+TEST(LabelsIn3D, AreASurfaceBesideTheRaysOrTintThem) {
+    std::mt19937 random(2);
+    const Grid grid = random_grid(random);
+    ViewState state = subject_of(grid).home;
+    Scene base;
+    base.ray_cast.emplace();
+    base.labels.emplace();
+    base.surfaces.resize(1);
+    const auto scene = [&](Panel panel, bool has_labels) {
+        return scene_of(state, grid, panel, base, has_labels);
+    };
+    const Scene shown = scene(Panel::volume, true);
+    ASSERT_EQ(shown.surfaces.size(), 2u);
+    EXPECT_TRUE(shown.surfaces[1].live_labels);
+    EXPECT_EQ(shown.labels->ray_cast_weight, 0.0);
+    EXPECT_TRUE(scene(Panel::axial, true).surfaces.empty());
+    EXPECT_EQ(scene(Panel::volume, false).surfaces.size(), 1u);
+    base.surfaces.resize(kMaxSurfaces);
+    EXPECT_EQ(scene(Panel::volume, true).labels->ray_cast_weight, LabelLayer{}.ray_cast_weight)
+        << "no room for one more";
+    base.surfaces.resize(1);
+    state.labels_in_3d = false;
+    EXPECT_EQ(scene(Panel::volume, true).surfaces.size(), 1u);
+    EXPECT_EQ(scene(Panel::volume, true).labels->ray_cast_weight, LabelLayer{}.ray_cast_weight);
+    base.surfaces[0].live_labels = true; // of a label map that was opened alone
+    EXPECT_EQ(scene(Panel::volume, true).surfaces[0].style.opacity, 0.0);
+    state.labels_in_3d = true;
+    EXPECT_EQ(scene(Panel::volume, true).surfaces.size(), 1u);
+    state.labels_shown = false;
+    EXPECT_FALSE(scene(Panel::volume, true).labels);
+}
+
 TEST(SliceView, TheWholeVolumeFitsAtZoomOneAndTouchesTheRoom) {
     std::mt19937 random(4);
     for (int i = 0; i < 100; ++i) {

@@ -21,6 +21,9 @@ Scene base_of(const OpenedScene& opened) {
     }
     if (!scene.labels)
         scene.labels = LabelLayer{};
+    for (size_t i = 0; i < std::min(scene.surfaces.size(), opened.file.surfaces.size()); ++i)
+        if (opened.file.surfaces[i].labels && scene.surfaces[i].label_styles.empty())
+            scene.surfaces[i].live_labels = true; // a person may change them
     return scene;
 }
 
@@ -157,6 +160,9 @@ Subject subject_of(const OpenedScene& opened, const Session& session, const Note
     if (opened.scene.labels)
         home.outline_px = opened.scene.labels->outline_px;
     home.seen_as = seen_as(session.scene());
+    for (size_t i = 0; i < std::min(opened.scene.surfaces.size(), opened.file.surfaces.size()); ++i)
+        if (opened.file.surfaces[i].labels && !opened.scene.surfaces[i].label_styles.empty())
+            home.labels_in_3d = false; // the scene has their mesh, in colours of its own
     home.notes = notes;
     if (const std::optional<Notes::Window>& window = home.notes.window) { // it always is
         home.window = {window->low, window->high};

@@ -25,7 +25,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         return mesh ? mesh->near(point_mm, within_mm) : std::nullopt;
     };
     subject_.pick = [this](const Ray& ray) {
-        return first_seen(ray, hand_.pointed_at(), session().scene());
+        const std::optional<Volume> seen = labels_in_3d_ ? labels() : std::nullopt;
+        return first_seen(ray, hand_.pointed_at(), session().scene(), seen ? &*seen : nullptr);
     };
 }
 
@@ -140,6 +141,7 @@ void Work::follow_notes(ViewState& state, bool is_busy) {
 }
 
 void Work::show_as_wanted(ViewState& state) {
+    labels_in_3d_ = state.labels_in_3d && state.labels_shown;
     const SeenAs now = seen_as(session().scene());
     if (now == state.seen_as)
         return;

@@ -70,6 +70,7 @@ class Work : public OpenDocument {
     };
     std::optional<Stepping> stepping_;
     std::optional<RayCastLayer> rays_; // that the scene has no more
+    bool labels_in_3d_ = false;        // as the state has it
 };
 
 } // namespace palpate::view

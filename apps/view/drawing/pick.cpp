@@ -24,14 +24,52 @@ struct Span {
 
 } // namespace
 
-std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const Scene& scene) {
+namespace {
+
+// Whether the nearest sample of a label map is of a label that a scene shows.
+class ShownLabels {
+ public:
+    ShownLabels(const Volume* labels, const Scene& scene)
+        : labels_(scene.labels ? labels : nullptr), layer_(scene.labels.value_or(LabelLayer{})) {
+        if (!labels_)
+            return;
+        cursor_.emplace(*labels_);
+        to_index_ = index_from_world(labels_->grid());
+    }
+    explicit operator bool() const { return labels_ != nullptr; }
+
+    bool is_at(glm::dvec3 point_mm) {
+        const glm::dvec3 index = glm::round(glm::dvec3(to_index_ * glm::dvec4(point_mm, 1.0)));
+        const glm::dvec3 last = glm::dvec3(labels_->size()) - 1.0;
+        if (glm::any(glm::lessThan(index, glm::dvec3(0.0))) ||
+            glm::any(glm::greaterThan(index, last)))
+            return false;
+        const auto label = static_cast<uint32_t>(cursor_->value(index));
+        if (label == 0)
+            return false;
+        const LabelStyle style = style_of(layer_, label);
+        return style.visible && style.opacity > 0.0;
+    }
+
+ private:
+    const Volume* labels_;
+    LabelLayer layer_;
+    std::optional<SampleCursor> cursor_;
+    glm::dmat4 to_index_{1.0};
+};
+
+} // namespace
+
+std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const Scene& scene,
+                                     const Volume* labels) {
+    ShownLabels shown(labels, scene);
     // At or above which value a surface is met, of rays or live.
     std::optional<double> wall;
     const auto add_wall = [&](double iso) { wall = std::min(iso, wall.value_or(iso)); };
     for (const SurfaceLayer& surface : scene.surfaces)
         if (surface.live_iso)
             add_wall(*surface.live_iso);
-    if (!scene.ray_cast && !wall)
+    if (!scene.ray_cast && !wall && !shown)
         return std::nullopt;
     const RayMode mode = scene.ray_cast ? scene.ray_cast->mode : RayMode::iso;
     if (scene.ray_cast && mode == RayMode::iso)
@@ -55,6 +93,8 @@ std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const
     const double sign = scene.ray_cast && shows_least_value(scene.ray_cast->transfer) ? -1.0 : 1.0;
     double depth = 0.0, most = -INFINITY, most_at = NAN, last = NAN;
     for (double t = span.begin + 0.5 * step; t < span.end; t += step) {
+        if (shown && shown.is_at(place(t)))
+            return place(t);
         const double v = value(t);
         if (wall && v >= *wall) {
             double low = last < *wall ? t - step : t, high = t;

@@ -103,14 +103,19 @@ void draw_label_row(Widgets& ui, ViewState& state, Work& work, uint32_t label) {
     }
     ui.note(fmt::format("labels/lock/{}", label));
     ImGui::TableNextColumn();
-    float rgb[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
-                   static_cast<float>(style.color.z)};
-    if (ImGui::ColorEdit3("##color", rgb,
-                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
+    float rgba[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
+                    static_cast<float>(style.color.z), static_cast<float>(style.opacity)};
+    if (ImGui::ColorEdit4("##color", rgba,
+                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip |
+                              ImGuiColorEditFlags_AlphaBar |
+                              ImGuiColorEditFlags_AlphaPreviewHalf)) {
         style.color =
-            glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
+            glm::clamp(glm::dvec3(rgba[0], rgba[1], rgba[2]), glm::dvec3(0.0), glm::dvec3(1.0));
+        style.opacity = std::clamp(double{rgba[3]}, 0.0, 1.0);
         set_style(state.notes, label, style);
     }
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", "Colour of the label; its opacity is that of its surface in 3D");
     ui.note(fmt::format("labels/color/{}", label));
     ImGui::TableNextColumn();
     const std::string name = numbered_name(state.notes, label);
@@ -202,8 +207,11 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewStat
     ui.note("labels/outline");
     const auto all = listed_labels(state, work);
     const auto set_visible = [&](auto is_visible) {
-        for (const uint32_t label : all)
-            set_style(state.notes, label, {style_of(state.notes, label).color, is_visible(label)});
+        for (const uint32_t label : all) {
+            LabelStyle style = style_of(state.notes, label);
+            style.visible = is_visible(label);
+            set_style(state.notes, label, style);
+        }
     };
     if (ImGui::SmallButton("see all"))
         set_visible([](uint32_t) { return true; });

@@ -24,6 +24,8 @@ void draw_tool_size(Widgets& ui, ViewState& state) {
 
 void draw_label_looks(Widgets& ui, ViewState& state) {
     ui.check("shown", "labels/shown", state.labels_shown);
+    ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+    ui.check("labels in 3D", "labels/in_3d", state.labels_in_3d);
     slide("opacity", state.label_opacity, 0.0, 1.0, "%.2f");
     ui.note("labels/opacity");
 }

@@ -40,6 +40,9 @@ constexpr WidgetHelp kHelp[] = {
      "hide segmentation mask overlay"},
     {"labels/opacity", "opacity of labels",
      "0: the grey values alone, 1: the colours of labels alone", "transparency mask fill"},
+    {"labels/in_3d", "labels in 3D",
+     "the smooth surface of each label in the 3D view, beside the rays; off: labels tint the rays",
+     "segment organ surface mesh smooth"},
     {"labels/outline", "outline of labels", "width of the lines around labels in slices, 0 to 5 px",
      "contour border"},
 

@@ -187,7 +187,9 @@ Json dump_of(Work& work, const ViewState& state) {
     if (state.only_values)
         json["tool"]["only_values"] = {state.only_values->low, state.only_values->high};
     json["recovered_steps"] = state.recovered_steps;
-    json["labels"] = {{"shown", state.labels_shown}, {"opacity", state.label_opacity}};
+    json["labels"] = {{"shown", state.labels_shown},
+                      {"opacity", state.label_opacity},
+                      {"in_3d", state.labels_in_3d}};
     dump_panels(work, state, json);
     json["slab"] = {{"mm", state.slab_mm}, {"mode", slab_name(state.slab_mode)}};
     json["stereo"] = stereo_json(state);

@@ -123,6 +123,30 @@ TransferFunction grey_of(const ViewState& state) {
     return state.window_inverted ? mirrored(grey) : grey;
 }
 
+namespace {
+
+// Surfaces of labels in 3D, or none of them. Where there are some, rays are not tinted.
+void show_label_surfaces(Scene& scene, bool shown) {
+    const auto live =
+        std::ranges::find_if(scene.surfaces, [](const auto& layer) { return layer.live_labels; });
+    if (!shown) {
+        for (SurfaceLayer& layer : scene.surfaces)
+            if (layer.live_labels)
+                layer.style.opacity = 0.0;
+        return;
+    }
+    if (!scene.labels)
+        return;
+    if (live == scene.surfaces.end()) {
+        if (scene.surfaces.size() == kMaxSurfaces)
+            return;
+        scene.surfaces.emplace_back().live_labels = true;
+    }
+    scene.labels->ray_cast_weight = 0.0;
+}
+
+} // namespace
+
 Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scene& base,
                bool has_labels) {
     Scene scene = base;
@@ -163,6 +187,7 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
         scene.slices = {plane(slice)};
         return scene;
     }
+    show_label_surfaces(scene, state.labels_in_3d);
     scene.camera = state.camera;
     show_to_both_eyes(scene, state.stereo);
     scene.slices.clear();

@@ -131,6 +131,7 @@ struct ViewState {
     double change_label_mm = 1.0; // by how far a label is smoothed, grown or shrunk
     bool labels_shown = true;
     double label_opacity = 0.4;
+    bool labels_in_3d = true;      // their surfaces lie among the rays
     SeenAs seen_as = SeenAs::rays; // of the volume in 3D
     Stylus stylus;
 

@@ -87,6 +87,12 @@ TEST(CheckDrawable, SaysWhatOfASceneDoesNotFit) {
         {"",
          [](Scene& s, SceneData& d) {
              s.surfaces.resize(1);
+             s.surfaces[0].live_labels = true;
+             d.meshes.push_back(nullptr);
+         }},
+        {"",
+         [](Scene& s, SceneData& d) {
+             s.surfaces.resize(1);
              d.meshes.push_back(std::make_shared<Mesh>());
          }},
         {"a scene: expected a surface depth of 1 .. 16, found 17",

@@ -122,7 +122,7 @@ TEST(SceneFile, ReadsSurfacesAndWhereTheyComeFrom) {
         HasSubstr("surfaces[0]: expected one of \"mesh\", \"iso\" and \"labels\", found 2"));
     EXPECT_THAT(message(R"({"surfaces": [{"labels": true}]})"), HasSubstr("found none"));
     EXPECT_THAT(message(R"({"surfaces": [{"mesh": "a.ply", "live": true}]})"),
-                HasSubstr("expected \"iso\" beside \"live\", found none"));
+                HasSubstr("expected \"iso\" or \"labels\" beside \"live\", found none"));
     EXPECT_THAT(message(R"({"surface_depth": 17})"), HasSubstr("surface_depth"));
 }
 
@@ -317,6 +317,25 @@ TEST(SceneFile, WhatLiesOverSlicesAndAShiftedCameraAreWrittenAndRead) {
     EXPECT_EQ(again.scene, file.scene);
     EXPECT_EQ(again.fused, file.fused);
     EXPECT_EQ(again.overlay, file.overlay);
+}
+
+TEST(SceneFile, LiveLabelsAndTheirOpacityAreWrittenAndRead) {
+    const SceneFile file = parse_scene(R"({"volume": "a.nii", "labels": "b.nii",
+            "surfaces": [{"labels": true, "live": true, "opacity": 0.5}],
+            "label_layer": {"styles": [{"label": 2, "opacity": 0.25},
+                                       {"label": 3, "visible": false}]}})",
+                                       "a.json")
+                               .value();
+    const SurfaceLayer& layer = file.scene.surfaces[0];
+    EXPECT_TRUE(layer.live_labels);
+    EXPECT_FALSE(layer.live_iso);
+    EXPECT_EQ(style_of(layer, *file.scene.labels, 1).opacity, 0.5);
+    EXPECT_EQ(style_of(layer, *file.scene.labels, 2).opacity, 0.125);
+    EXPECT_EQ(style_of(layer, *file.scene.labels, 3).opacity, 0.0);
+    EXPECT_EQ(style_of(layer, *file.scene.labels, 2).color, style_of(LabelLayer{}, 2).color);
+    const SceneFile again = parse_scene(write_scene(file), "again.json").value();
+    EXPECT_EQ(again.scene, file.scene);
+    EXPECT_EQ(again.surfaces, file.surfaces);
 }
 
 } // namespace

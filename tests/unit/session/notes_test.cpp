@@ -18,7 +18,7 @@ std::vector<Notes> all_notes() {
     all[0].measures = {{MeasureKind::ruler, {{1, 2, 3}, {4, 5, 6.5}}, "width \"\u00e4\"\n"}};
     all[1].label_names = {{7, "liver", glm::dvec3(0.5, 0.25, 1.0)}, {9, "spleen", {}}};
     all[2].locked_labels = {2, 65535};
-    all[3].label_styles = {{3, {{0.1, 0.2, 0.3}, true}}, {300, {{1.0, 0.0, 0.0}, false}}};
+    all[3].label_styles = {{3, {{0.1, 0.2, 0.3}, true}}, {300, {{1.0, 0.0, 0.0}, false, 0.25}}};
     all[4].clip_planes = {{{1.0 / 3.0, -2.0, 1e-7}, {0.0, 0.6, 0.8}}};
     all[5].bound = {"fast-marching", "00112233445566ff", 0.1};
     all[6].window = {-160.5, 240.0, true};

@@ -119,7 +119,7 @@ TEST(BlockNets, AfterEditsTheyAreThoseFromScratch) {
             }
             labels = edit.commit();
             const size_t made = nets.update(labels).size();
-            if (options.passes < 4) {
+            if (options.passes < 3) {
                 EXPECT_LT(made, nets.block_count());
             }
             ASSERT_EQ(sorted_triangles(nets, false), sorted_triangles(whole(labels, options)));
@@ -147,9 +147,9 @@ TEST(BlockNets, EachLabelIsClosed) {
 
 // A ball's normals are those of the sphere. The samples of a ball of radius r lie within half a
 // diagonal of a sample of it, and the vertices within one sample more on each axis: 1.4 of r = 15.
-// Over a patch of normal_rounds + 1 = 5 samples about a vertex such errors turn a plane by at most
-// atan(2 * 1.4 / 10) = 16 degrees, and the sphere itself turns by less over half of it,
-// 5 / 15 = 19 degrees, on either side alike. The mean is much nearer.
+// Over a patch of normal_rounds + 1 = 4 samples about a vertex such errors turn a plane by at most
+// atan(2 * 1.4 / 8) = 19 degrees, and the sphere itself bends away from the plane on all sides
+// alike. The mean is much nearer.
 TEST(BlockNets, NormalsOfABallPointOutward) {
     const glm::dvec3 middle(20.0);
     const double radius = 15.0;
@@ -169,7 +169,7 @@ TEST(BlockNets, NormalsOfABallPointOutward) {
             ++count;
         }
     ASSERT_GT(count, 1000u);
-    EXPECT_GT(worst, std::cos(glm::radians(16.0)));
+    EXPECT_GT(worst, std::cos(glm::radians(19.0)));
     std::printf("    normals within %.1f degrees, mean cosine %.5f\n",
                 glm::degrees(std::acos(worst)), sum / static_cast<double>(count));
 }
