@@ -22,6 +22,7 @@ namespace palpate::view {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::HasSubstr;
 
 // A ball of label 3, of 12 mm, and a bar of label 7 that does not touch it.
 Volume ball_and_bar() {
@@ -51,6 +52,33 @@ TEST_F(LabelExportTest, AVolumeHoldsAllLabels) {
     ASSERT_TRUE(read);
     ASSERT_EQ(read->volume.size(), labels.size());
     EXPECT_EQ(count_labels(read->volume), count_labels(labels));
+}
+
+// Names that XML and lines of text could trip over come back, and a second program's reader finds
+// the volume where it was.
+TEST_F(LabelExportTest, AVolumeHoldsNamesAndColours) {
+    const Volume labels = ball_and_bar();
+    const std::vector<LabelName> names{
+        {3, "left <kidney> & \"co\", \xc3\xa9", glm::dvec3(0.25, 0.5, 1)}, {7, "bar", {}}};
+    for (const char* name : {"named.nii", "named.nii.gz", "named.nrrd"}) {
+        SCOPED_TRACE(name);
+        const auto wrote = export_labels(labels, 3, file(name), {}, names);
+        ASSERT_TRUE(wrote) << wrote.error().message;
+        EXPECT_TRUE(wrote->ends_with(", with their names")) << *wrote;
+        const auto read = load_labels(file(name));
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_TRUE(read->warnings.empty());
+        EXPECT_EQ(read->volume.grid(), labels.grid());
+        EXPECT_EQ(count_labels(read->volume), count_labels(labels));
+        ASSERT_EQ(read->labels.size(), 2u);
+        EXPECT_EQ(read->labels[0], names[0]);
+        EXPECT_EQ(read->labels[1].label, 7u);
+        EXPECT_EQ(read->labels[1].name, "bar");
+        EXPECT_TRUE(read->labels[1].color.has_value());
+    }
+    EXPECT_TRUE(
+        export_labels(labels, 3, file("named.mha"), {}, names)->find("without their names") !=
+        std::string::npos);
 }
 
 // Smoothing moves a vertex by at most 0.375 of a sample on each axis from where it is the middle of
@@ -101,7 +129,7 @@ class Exports : public TemporaryFolder {
     std::string write_out(const DocumentOrder& order) {
         work_.obey(order, state_);
         std::string told = work_.take_message();
-        while (told.starts_with("writing ")) {
+        while (told.starts_with("writing ") || told.starts_with("making ")) {
             std::this_thread::yield();
             work_.poll();
             if (std::string next = work_.take_message(); !next.empty())
@@ -118,14 +146,46 @@ TEST_F(Exports, ReplaceNoFileAndSayWhereTheyAre) {
     work_.obey(order::StrokeDown{{}, 0.1}, state_);
     work_.obey(order::StrokeUp{{}, 0.2}, state_);
     const std::string labels = write_out(order::ExportLabels{file("labels.nii.gz").string()});
-    EXPECT_EQ(labels, "all labels written to " + file("labels-1.nii.gz").string() +
-                          ", without their names");
+    EXPECT_EQ(labels, "all labels written to " + file("labels-1.nii.gz").string());
     EXPECT_TRUE(load_labels(file("labels-1.nii.gz")));
     const std::string measures = write_out(order::ExportMeasures{file("measures.csv").string()});
     EXPECT_EQ(measures, "measures written: " + file("measures-1.csv").string());
     EXPECT_TRUE(fs::exists(file("measures-1.csv")));
     for (const char* name : {"labels.nii.gz", "measures.csv"})
         EXPECT_EQ(bytes_of(name), "of a person") << name;
+}
+
+TEST_F(Exports, ASurfaceForPrintIsCheckedAndNoneIsLeftWhereItIsStopped) {
+    write("ball.stl", "of a person");
+    MeshExport ball{.iso = 500.0, .pieces = {.largest_only = true}, .decimate_mm = 0.5};
+    const std::string told = write_out(order::ExportMesh{ball, file("ball.stl").string()});
+    EXPECT_TRUE(told.starts_with(file("ball-1.stl").string() + ": watertight, 1 piece, ")) << told;
+    EXPECT_EQ(bytes_of("ball.stl"), "of a person");
+    const auto whole = load_mesh(file("ball-1.stl"));
+    ASSERT_TRUE(whole);
+    const double mm3 = topology(whole->mesh).volume_mm3;
+    EXPECT_TRUE(is_watertight(topology(whole->mesh)));
+
+    ball.scale = 0.5;
+    ball.within = {{center_mm(work_.subject().grid), {0.0, 0.0, 2.0}}};
+    ASSERT_THAT(write_out(order::ExportMesh{ball, file("half.ply").string()}),
+                HasSubstr("watertight"));
+    const auto half = load_mesh(file("half.ply"));
+    ASSERT_TRUE(half);
+    const MeshTopology found = topology(half->mesh);
+    EXPECT_TRUE(is_watertight(found));
+    EXPECT_GT(found.volume_mm3, 0.3 * mm3 / 8.0);
+    EXPECT_LT(found.volume_mm3, 0.7 * mm3 / 8.0);
+
+    work_.obey(order::ExportMesh{ball, file("stopped.stl").string()}, state_);
+    EXPECT_TRUE(work_.mesh_writing().share());
+    EXPECT_THAT(write_out(order::StopMesh{}), HasSubstr("stopped"));
+    EXPECT_FALSE(fs::exists(file("stopped.stl")));
+    EXPECT_FALSE(work_.mesh_writing().share());
+    EXPECT_THAT(write_out(order::ExportMesh{{.label = 9}, file("none.stl").string()}),
+                HasSubstr("label"));
+    EXPECT_THAT(write_out(order::ExportMesh{ball, file("none.txt").string()}),
+                HasSubstr("ends in .stl, .ply, .obj or .vtp"));
 }
 
 TEST_F(ViewerTest, AProjectIsOfferedTheNameOfTheFileWithoutItsEnding) {

@@ -340,6 +340,59 @@ TEST_F(TransferPanel, WhatTheHandFeelsFollows) {
     }
 }
 
+class IsoPanel : public TransferPanel {
+ protected:
+    std::vector<double> shown() {
+        std::vector<double> values;
+        for (const IsoSurface& iso : viewer().work().session().scene().ray_cast->isos)
+            values.push_back(iso.value);
+        return values;
+    }
+};
+
+TEST_F(IsoPanel, SkinAndBoneAreOneClickAndARowEach) {
+    click_widget("tab/view");
+    click_widget("iso/skin_and_bone");
+    const Scene& scene = viewer().work().session().scene();
+    ASSERT_EQ(scene.ray_cast->mode, RayMode::iso);
+    EXPECT_EQ(shown(), (std::vector<double>{-300.0, 300.0}));
+    EXPECT_LT(scene.ray_cast->isos[0].opacity, 1.0);
+    EXPECT_EQ(viewer().work().session().parameters().iso, 300.0) << "the hand feels bone, still";
+    EXPECT_EQ(state().iso.list[0].name, "skin");
+
+    frame({});
+    click_widget("iso/row/0/shown");
+    EXPECT_EQ(shown(), (std::vector<double>{300.0}));
+    frame({});
+    click_widget("iso/row/1/shown"); // one stays
+    EXPECT_EQ(shown(), (std::vector<double>{300.0}));
+    click_widget("iso/row/0/shown");
+    EXPECT_EQ(shown(), (std::vector<double>{-300.0, 300.0}));
+    click_widget("iso/row/1/remove");
+    EXPECT_EQ(shown(), (std::vector<double>{-300.0}));
+}
+
+TEST_F(IsoPanel, TheNextClickInASliceAddsTheValueThere) {
+    click_widget("tab/view");
+    click_widget("iso/skin_and_bone");
+    frame({});
+    click_widget("iso/point");
+    const glm::dvec3 before = state().crosshair_mm;
+    click(middle(Panel::axial) + glm::dvec2(11.0, 7.0));
+    frame({});
+    EXPECT_EQ(state().crosshair_mm, before);
+    EXPECT_FALSE(state().iso.pointing);
+    const auto value = viewer().work().subject().value_at(
+        point_under(state(), grid(), Panel::axial, middle(Panel::axial) + glm::dvec2(11.0, 7.0)));
+    ASSERT_TRUE(value);
+    ASSERT_EQ(state().iso.list.size(), 3u);
+    EXPECT_EQ(state().iso.list[2].surface.value, *value);
+    EXPECT_EQ(shown().size(), 3u);
+    click(middle(Panel::axial) + glm::dvec2(20.0, 7.0)); // the one after is the crosshair's again
+    EXPECT_NE(state().crosshair_mm, before);
+    EXPECT_EQ(shown().size(), 3u);
+}
+
 TEST_F(TransferPanel, AnIsoValueIsDraggedByItsGrip) {
     Scene scene = viewer().work().session().scene();
     scene.ray_cast = default_ray_cast(RayMode::iso, viewer().work().loaded());

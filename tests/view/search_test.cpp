@@ -193,9 +193,10 @@ TEST_F(SearchTest, EachTitleFindsItselfFirst) {
 TEST_F(SearchTest, EachWidgetHasAnExplanation) {
     open("synthetic:phantom?size=24", {1280, 2000});
     const char* const lists[] = {
-        "tool/",       "window/",         "preset/",         "file/recent/", "file/step/",
-        "figure/",     "segment/method/", "segment/give/",   "status/",      "labels/lock/",
-        "labels/row/", "labels/color/",   "labels/visible/", "tab/",         "search/"};
+        "tool/",        "window/",         "preset/",       "file/recent/",    "file/step/",
+        "figure/",      "segment/method/", "segment/give/", "status/",         "iso/row/",
+        "labels/lock/", "labels/row/",     "labels/color/", "labels/visible/", "tab/",
+        "search/"};
     std::set<std::string> unexplained;
     const std::vector<Findable> all = findables(viewer().work().subject(), algorithm());
     for (const Findable& at : all) {

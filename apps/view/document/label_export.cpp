@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "apps/view/document/free_name.h"
+#include "engine/io/labels_write.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
 #include "engine/program/surface_labels.h"
@@ -19,16 +20,35 @@ namespace {
 constexpr std::array<std::string_view, 4> kMeshes{".ply", ".stl", ".obj", ".vtp"};
 constexpr uint32_t kPasses = 10; // of smoothing, as `palpate surface --smooth bounded` has them
 
+// The names and colours that notes give labels.
+std::vector<LabelName> all_names(const Notes& notes) {
+    std::vector<LabelName> names = notes.label_names;
+    for (const auto& [label, style] : notes.label_styles) {
+        const auto named =
+            std::find_if(names.begin(), names.end(),
+                         [&, l = label](const LabelName& n) { return n.label == l; });
+        (named == names.end() ? names.emplace_back(LabelName{label, "", {}}) : *named).color =
+            style.color;
+    }
+    std::erase_if(names, [](const LabelName& name) { return name.label == 0; });
+    return names;
+}
+
 } // namespace
 
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
-                                  const std::filesystem::path& path, const std::stop_token& stop) {
+                                  const std::filesystem::path& path, const std::stop_token& stop,
+                                  const std::vector<LabelName>& names) {
     if (std::ranges::find(kMeshes, path.extension().string()) == kMeshes.end()) {
         if (const Result<void> named = expect_volume_name(path); !named)
             return fail("{}; the surface of label {} is written to .ply, .stl, .obj or .vtp",
                         named.error().message, label);
-        PALPATE_TRY(save_volume(path, labels, stop));
-        return fmt::format("all labels written to {}, without their names", path.string());
+        PALPATE_TRY(save_labels(path, labels, names, stop));
+        return fmt::format("all labels written to {}{}", path.string(),
+                           names.empty()             ? ""
+                           : holds_label_names(path) ? ", with their names"
+                                                     : ", without their names: .nii.gz and .nrrd "
+                                                       "have a place for them");
     }
     if (!count_labels(labels).contains(label))
         return fail("{}: expected samples of label {}, found none", path.string(), label);
@@ -50,10 +70,10 @@ void LabelExport::begin(uint16_t label, const std::string& path) {
         return document_.tell("there are no labels to write: draw or segment first");
     std::error_code ignored;
     const auto file = std::filesystem::absolute(free_name(path), ignored);
-    done_ =
-        std::async(std::launch::async, [labels = *labels, label, file, stop = stop_.get_token()] {
-            return export_labels(labels, label, file, stop);
-        });
+    done_ = std::async(std::launch::async, [labels = *labels, label, file, stop = stop_.get_token(),
+                                            names = all_names(document_.notes().known())] {
+        return export_labels(labels, label, file, stop, names);
+    });
     document_.tell(fmt::format("writing {} ..", file.string()));
 }
 

@@ -4,17 +4,20 @@
 #include <future>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "apps/view/document/open_document.h"
 
 namespace palpate::view {
 
-// Writes labels as a file of the kind that its name says: a volume with all of them, or, of a mesh
+// Writes labels as a file of the kind that its name says: a volume with all of them, with the names
+// and colours of labels where it has a place for them (save_labels()), or, of a mesh
 // (.ply, .stl, .obj, .vtp), the surface of one label, smoothed within 0.375 of a sample
 // (surface_nets()). Says what was written. An error where no sample has the label, or the file
 // cannot be written; then there is none.
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
-                                  const std::filesystem::path& path, const std::stop_token& stop);
+                                  const std::filesystem::path& path, const std::stop_token& stop,
+                                  const std::vector<LabelName>& names = {});
 
 // Exports of a document's labels, on a thread of its own, one at a time.
 class LabelExport {

@@ -170,6 +170,7 @@ Subject subject_of(const OpenedScene& opened, const Session& session, const Note
     }
     home.radius_mm = std::clamp(session.kept().tool_radius_mm.value_or(home.radius_mm), 0.1, 100.0);
     home.label = session.kept().tool_label.value_or(home.label);
+    home.iso.list = session.kept().isos;
     return subject;
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <variant>
 
+#include "engine/program/mesh_export.h"
+
 // Orders: work that a change of the state cannot do. Widgets, keys and tools of the window give
 // them, each with exactly what it needs.
 namespace palpate::view {
@@ -51,6 +53,12 @@ struct ExportLabels { // all of them, or the surface of the one that is drawn
     std::string path{};
     bool operator==(const ExportLabels&) const = default;
 };
+struct ExportMesh { // a surface for print
+    MeshExport made;
+    std::string path{};
+    bool operator==(const ExportMesh&) const = default;
+};
+struct StopMesh : Bare {};
 struct Tell { // a person
     std::string words{};
     bool operator==(const Tell&) const = default;
@@ -118,11 +126,11 @@ struct StopFigure : Bare {};
 using DocumentOrder =
     std::variant<order::StrokeDown, order::StrokeMove, order::StrokeUp, order::StrokeCancel,
                  order::Undo, order::Redo, order::Save, order::ExportMeasures, order::ExportLabels,
-                 order::Tell, order::Segment, order::StopSegmenting, order::Bound,
-                 order::ClearSeeds, order::FillWire, order::StartHand, order::StopHand,
-                 order::ArmHand, order::DisarmHand, order::ChangeLabel, order::MakeMesh,
-                 order::ApplyMesh, order::DropMesh, order::PullDown, order::PullMove, order::PullUp,
-                 order::PullCancel>;
+                 order::ExportMesh, order::StopMesh, order::Tell, order::Segment,
+                 order::StopSegmenting, order::Bound, order::ClearSeeds, order::FillWire,
+                 order::StartHand, order::StopHand, order::ArmHand, order::DisarmHand,
+                 order::ChangeLabel, order::MakeMesh, order::ApplyMesh, order::DropMesh,
+                 order::PullDown, order::PullMove, order::PullUp, order::PullCancel>;
 
 // All: the window obeys the others itself, and asks where to before it passes on a save.
 using Order = std::variant<order::Open, order::OpenLabels, order::OpenFused, order::CancelOpening,

@@ -85,6 +85,7 @@ void Saving::save(const ViewState& state, const std::string& folder) {
     kept.crosshair_mm = state.crosshair_mm;
     kept.tool_radius_mm = state.radius_mm;
     kept.tool_label = state.label;
+    kept.isos = state.iso.list;
     session.keep(kept);
     if (project_) {
         if (Result<void> begun = project_->begin_save(session); !begun)

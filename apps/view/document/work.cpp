@@ -12,6 +12,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
       hand_(*this, mesh_pulling_),
       segmentation_(*this, hand_),
       label_export_(*this),
+      mesh_writing_(*this),
       saving_(*this, std::move(source.project)) {
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
         return segmentation_.wire().path(from, to, axis);
@@ -56,6 +57,8 @@ void Work::obey(const DocumentOrder& order, const ViewState& state) {
         [&](const order::Save& to) { saving_.save(state, to.folder); },
         [&](const order::ExportMeasures& to) { export_measures(state, to.path); },
         [&](const order::ExportLabels& to) { label_export_.begin(state.label, to.path); },
+        [&](const order::ExportMesh& to) { mesh_writing_.begin(to.made, to.path); },
+        [&](order::StopMesh) { mesh_writing_.stop(); },
         [&](order::Segment) { segmentation_.begin(state); },
         [&](order::Bound) { segmentation_.bound(state); },
         [&](order::StopSegmenting) { segmentation_.stop(); },
@@ -91,6 +94,7 @@ void Work::poll() {
     segmentation_.poll();
     mesh_pulling_.poll();
     label_export_.poll();
+    mesh_writing_.poll();
     saving_.poll();
 }
 

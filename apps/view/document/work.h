@@ -7,6 +7,7 @@
 #include "apps/view/document/hand_link.h"
 #include "apps/view/document/label_export.h"
 #include "apps/view/document/mesh_pulling.h"
+#include "apps/view/document/mesh_writing.h"
 #include "apps/view/document/open_document.h"
 #include "apps/view/document/order.h"
 #include "apps/view/document/saving.h"
@@ -23,6 +24,7 @@ class Work : public OpenDocument {
     Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded);
 
     MeshPulling& mesh_pulling() { return mesh_pulling_; }
+    const MeshWriting& mesh_writing() const { return mesh_writing_; }
     HandLink& hand() { return hand_; }
     const HandLink& hand() const { return hand_; }
     Segmentation& segmentation() { return segmentation_; }
@@ -62,6 +64,7 @@ class Work : public OpenDocument {
     HandLink hand_;
     Segmentation segmentation_;
     LabelExport label_export_;
+    MeshWriting mesh_writing_;
     Saving saving_;
     struct Stepping { // an undo or a redo that is on its way
         bool is_undo;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "apps/view/panels/export_panel.h"
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 
@@ -75,6 +76,9 @@ void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& wo
     if (ImGui::CollapsingHeader("Figure"))
         draw_figure_panel(ui, panel.figure_file, state);
     ui.note("file/figure");
+    if (ImGui::CollapsingHeader("Surface for print"))
+        draw_export_panel(ui, panel.mesh_file, state, work);
+    ui.note("file/print");
     ImGui::Separator();
     ui.check("light", "file/light", state.light);
     ImGui::SameLine();

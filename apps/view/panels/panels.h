@@ -43,7 +43,7 @@ struct LabelPanel {
 };
 struct FilesPanel {
     std::vector<std::string> recent{};
-    TypedText figure_file{};
+    TypedText figure_file{}, mesh_file{};
 };
 struct SidePanel {
     WindowEnds ends{};

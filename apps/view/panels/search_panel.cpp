@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kMostFound = 10; // seen at once
 
-void choose(Widgets& ui, ViewState& state, const Subject& subject, const Findable& one) {
+void take_found(Widgets& ui, ViewState& state, const Subject& subject, const Findable& one) {
     state.search_open = false;
     Outcome next{std::move(state)};
     one.choose(next, subject);
@@ -90,7 +90,7 @@ void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work) {
     if (pressed(ImGuiKey_Escape))
         state.search_open = false;
     else if (chosen)
-        choose(ui, state, work.subject(), all[*chosen]);
+        take_found(ui, state, work.subject(), all[*chosen]);
 }
 
 } // namespace palpate::view

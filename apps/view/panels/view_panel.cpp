@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/panels/iso_panel.h"
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/tool.h"
@@ -95,15 +96,7 @@ void draw_volume(Widgets& ui, ViewState& state, Work& work) {
         }
         ui.note("volume/as_window");
     }
-    if (scene.ray_cast && scene.ray_cast->mode == RayMode::iso) {
-        double iso = scene.ray_cast->isos.front().value;
-        if (slide("iso", iso, work.subject().range.min, work.subject().range.max, "%.5g")) {
-            auto& isos = scene.ray_cast->isos;
-            isos.front().value = isos.size() > 1 ? std::min(iso, isos[1].value) : iso;
-            work.session().set_iso(isos.front().value);
-        }
-        ui.note("volume/iso");
-    }
+    draw_iso_panel(ui, state, work);
     ui.check("slices in 3D", "volume/slices", state.slices_in_volume);
     bool is_flat = state.camera.projection == Projection::orthographic;
     if (ImGui::Checkbox("orthographic", &is_flat)) {

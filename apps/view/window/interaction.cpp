@@ -52,7 +52,11 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
         const bool maximises = !is_slice(panel) || state.tool == &kCrosshairTool;
         std::optional<Drag::Kind> taken;
         drag.tool = state.tool;
-        if (twice && maximises && !state.w_held) {
+        if (state.iso.pointing && is_slice(panel)) {
+            state.iso.pointing = false;
+            state.iso.picked = subject.value_at ? subject.value_at(at.point_mm()) : std::nullopt;
+            drag.kind = Drag::Kind::nothing;
+        } else if (twice && maximises && !state.w_held) {
             state.alone = state.alone ? std::nullopt : std::optional(panel);
             drag.kind = Drag::Kind::nothing;
         } else if (press_clip(state, subject, panel)) {

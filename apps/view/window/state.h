@@ -19,7 +19,9 @@
 #include "apps/view/window/panel.h"
 #include "apps/view/window/slice_view.h"
 #include "apps/view/window/stereo_view.h"
+#include "engine/program/mesh_export.h"
 #include "engine/scene/scene.h"
+#include "engine/session/iso_list.h"
 #include "engine/session/notes.h"
 
 namespace palpate::view {
@@ -88,6 +90,24 @@ struct Leaving {
     friend bool operator==(const Leaving&, const Leaving&) = default;
 };
 
+// The work of a person with the list of iso-surfaces.
+struct IsoEditing {
+    IsoList list;
+    bool pointing = false;        // the next press in a slice gives the value of one more
+    std::optional<double> picked; // that value
+
+    friend bool operator==(const IsoEditing&, const IsoEditing&) = default;
+};
+
+// A surface that is to be written.
+struct ExportSetup {
+    MeshExport made{.decimate_mm = 0.1};
+    bool of_label = false; // the one that is drawn
+    bool is_cut = true;    // by the clip planes
+
+    friend bool operator==(const ExportSetup&, const ExportSetup&) = default;
+};
+
 // All that a person can change about how a document is seen, and what the hand is doing. A value.
 struct ViewState {
     Notes notes; // of the document, as a person is changing them (document/notes_link.h)
@@ -137,6 +157,8 @@ struct ViewState {
 
     Tab tab = Tab::view;
     TransferEditing transfer;
+    IsoEditing iso;
+    ExportSetup exporting;
     Segmenting segmenting;
     Measuring measuring;
     Clipping clipping;

@@ -1,0 +1,99 @@
+// A surface of an iso-value or of a label, for print.
+
+#include "apps/view/panels/export_panel.h"
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/view/panels/widgets.h"
+#include "engine/session/default_scene.h"
+
+namespace palpate::view {
+
+namespace {
+
+// The iso-surfaces that the list has, else the value that the hand feels; and the label.
+std::vector<std::pair<std::string, std::optional<double>>> sources(const ViewState& state,
+                                                                   Work& work) {
+    std::vector<std::pair<std::string, std::optional<double>>> all;
+    const Scene& scene = work.session().scene();
+    const bool is_iso = scene.ray_cast && scene.ray_cast->mode == RayMode::iso;
+    for (const ListedIso& one :
+         is_iso ? followed(state.iso.list, scene.ray_cast->isos) : IsoList()) {
+        const std::string value = fmt::format("{:.5g} {}", one.surface.value, work.unit());
+        all.emplace_back(one.name.empty() ? value : one.name + ", " + value, one.surface.value);
+    }
+    if (all.empty()) {
+        const double value = work.session().parameters().iso;
+        all.emplace_back(fmt::format("{:.5g} {}", value, work.unit()), value);
+    }
+    if (work.has_labels())
+        all.emplace_back("label " + numbered_name(state.notes, state.label), std::nullopt);
+    return all;
+}
+
+void draw_choices(Widgets& ui, ExportSetup& setup, const ViewState& state, Work& work) {
+    const auto all = sources(state, work);
+    const auto chosen = std::find_if(all.begin(), all.end(), [&](const auto& one) {
+        return setup.of_label ? !one.second : one.second == setup.made.iso;
+    });
+    const auto& now = chosen == all.end() ? all.front() : *chosen;
+    setup.of_label = !now.second;
+    setup.made.iso = now.second;
+    if (ImGui::BeginCombo("surface", now.first.c_str())) {
+        for (size_t i = 0; i < all.size(); ++i) {
+            if (ImGui::Selectable(all[i].first.c_str(), &all[i] == &now)) {
+                setup.of_label = !all[i].second;
+                setup.made.iso = all[i].second;
+            }
+            ui.note(fmt::format("export/of/{}", i));
+        }
+        ImGui::EndCombo();
+    }
+    ui.note("export/of");
+    ui.check("largest piece only", "export/largest", setup.made.pieces.largest_only);
+    if (!setup.made.pieces.largest_only) {
+        double least_ml = 1e-3 * setup.made.pieces.least_mm3;
+        if (slide("at least", least_ml, 0.0, 100.0, least_ml > 0.0 ? "%.3g ml" : "all", true))
+            setup.made.pieces.least_mm3 = 1e3 * least_ml;
+        ui.note("export/least");
+    }
+    ImGui::BeginDisabled(state.notes.clip_planes.empty());
+    ui.check("cut as in 3D", "export/cut", setup.is_cut);
+    ImGui::EndDisabled();
+    slide("simplify", setup.made.decimate_mm, 0.0, 2.0,
+          setup.made.decimate_mm > 0.0 ? "%.2f mm" : "no");
+    ui.note("export/decimate");
+    slide("scale", setup.made.scale, 0.05, 4.0, "%.2f", true);
+    ui.note("export/scale");
+    slide("wall", setup.made.wall_mm, 0.0, 10.0, setup.made.wall_mm > 0.0 ? "%.1f mm" : "solid");
+    ui.note("export/wall");
+}
+
+} // namespace
+
+void draw_export_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work) {
+    ExportSetup& setup = state.exporting;
+    draw_choices(ui, setup, state, work);
+    if (const auto share = work.mesh_writing().share()) {
+        const std::string text = fmt::format("{} {:.0f} %", share->what, 100.0 * share->share);
+        ImGui::ProgressBar(static_cast<float>(share->share),
+                           ImVec2(-ImGui::CalcTextSize("cancel__").x, 0.0f), text.c_str());
+        ImGui::SameLine();
+        ui.button("cancel", "export/cancel", order::StopMesh{});
+        return;
+    }
+    name_file(ui, "export/file", file, "surface.stl", "write", state);
+    ImGui::SameLine();
+    MeshExport wanted = setup.made;
+    wanted.label = state.label;
+    if (setup.is_cut)
+        wanted.within = state.notes.clip_planes;
+    ui.button("write", "export/write", order::ExportMesh{wanted, file.data()});
+}
+
+} // namespace palpate::view

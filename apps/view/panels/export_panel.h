@@ -1,0 +1,11 @@
+#pragma once
+
+#include "apps/view/panels/panels.h"
+
+namespace palpate::view {
+
+// A surface for print: what of, how it is made, and a file's name; while one is made, how far it
+// is.
+void draw_export_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work);
+
+} // namespace palpate::view
