@@ -42,10 +42,15 @@ layout(binding = kSliceColor, rgba32f) uniform writeonly image2DArray color_imag
 layout(binding = kSliceValues, rg32f) uniform writeonly image2DArray value_image;
 
 layout(constant_id = 0) const uint kManual = 0u; // interpolate by hand, in fp32
+layout(constant_id = 1) const uint kSmooth = 0u; // edges of: kSmoothLabels, kSmoothOverlay
 
 #define kNaN uintBitsToFloat(0x7fc00000u)
+#define kDiagonal 0.70710678
 
 #include "shaders/lib/texels.glsl"
+#if HAS_LABELS || HAS_OVERLAY
+#include "shaders/lib/smooth_labels.glsl"
+#endif
 
 // Catmull-Rom weights of the four samples round a point `f` between the second and third.
 vec4 cubic_weights(float f) {
@@ -101,6 +106,23 @@ uint label_at(vec3 index) {
         textureLod(labels, frame.label_from_index * index + frame.label_origin, 0.0).r;
     return styles[min(label, frame.style_count - 1u)].a > 0.0 ? label : 0u;
 }
+
+vec3 label_index(vec3 index) {
+    return (frame.label_from_index * index + frame.label_origin) * vec3(textureSize(labels, 0)) - 0.5;
+}
+
+LabelPlace label_place(vec3 index) {
+    const vec3 at = label_index(index), low = floor(at);
+    uint about[8];
+    for (uint i = 0u; i < 8u; ++i) {
+        const ivec3 sample_at = ivec3(low) + ivec3(i & 1u, i >> 1 & 1u, i >> 2);
+        const ivec3 near = clamp(sample_at, ivec3(0), textureSize(labels, 0) - 1);
+        const uint label = texelFetch(labels, near, 0).r;
+        const bool shown = styles[min(label, frame.style_count - 1u)].a > 0.0;
+        about[i] = shown && near == sample_at ? label : 0u;
+    }
+    return place_among(about, at - low);
+}
 #endif
 
 #if HAS_OVERLAY
@@ -108,6 +130,24 @@ uint overlay_at(vec3 index) {
     const uint label =
         textureLod(overlay, over.overlay_from_index * index + over.overlay_origin, 0.0).r;
     return overlay_styles[min(label, over.overlay_styles - 1u)].a > 0.0 ? label : 0u;
+}
+
+vec3 overlay_index(vec3 index) {
+    return (over.overlay_from_index * index + over.overlay_origin) * vec3(textureSize(overlay, 0)) -
+           0.5;
+}
+
+LabelPlace overlay_place(vec3 index) {
+    const vec3 at = overlay_index(index), low = floor(at);
+    uint about[8];
+    for (uint i = 0u; i < 8u; ++i) {
+        const ivec3 sample_at = ivec3(low) + ivec3(i & 1u, i >> 1 & 1u, i >> 2);
+        const ivec3 near = clamp(sample_at, ivec3(0), textureSize(overlay, 0) - 1);
+        const uint label = texelFetch(overlay, near, 0).r;
+        const bool shown = overlay_styles[min(label, over.overlay_styles - 1u)].a > 0.0;
+        about[i] = shown && near == sample_at ? label : 0u;
+    }
+    return place_among(about, at - low);
 }
 #endif
 
@@ -166,26 +206,74 @@ void main() {
 #if HAS_FUSION
     color = with_fusion(color, index);
 #endif
-    const vec2 sides[4] = vec2[4](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1));
+    const vec2 sides[8] = vec2[8](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1),
+                                  vec2(kDiagonal, kDiagonal), vec2(-kDiagonal, kDiagonal),
+                                  vec2(kDiagonal, -kDiagonal), vec2(-kDiagonal, -kDiagonal));
+#if HAS_LABELS || HAS_OVERLAY
+    const vec3 across = point_on(plane, eye, vec2(pixel) + vec2(1, 0)) - index;
+    const vec3 down = point_on(plane, eye, vec2(pixel) + vec2(0, 1)) - index;
+#endif
 #if HAS_LABELS
-    const uint label = label_at(index);
-    bool edge = false;
-    for (int i = 0; i < 4; ++i) {
-        const vec3 beside = point_on(plane, eye, vec2(pixel) + frame.outline_px * sides[i]);
-        edge = edge || (frame.outline_px > 0.0 && label_at(beside) != label);
+    if ((kSmooth & kSmoothLabels) != 0u) {
+        const LabelPlace place = label_place(index);
+        const vec3 origin = label_index(vec3(0.0));
+        const vec3 x = label_index(across) - origin, y = label_index(down) - origin;
+        const float slope = length(vec2(dot(place.slope, x), dot(place.slope, y)));
+        const float depth = place.margin / max(slope, 1e-6); // pixels
+        bool edge = false;
+        const int looks =
+            max(length(x), length(y)) * frame.outline_px > 0.5 ? 8 : 0; // beyond these samples
+        for (int i = 0; i < looks; ++i) {
+            const vec3 beside = point_on(plane, eye, vec2(pixel) + frame.outline_px * sides[i]);
+            edge = edge || label_place(beside).label != place.label;
+        }
+        const float mine =
+            label_cover(place.label, depth, edge, frame.outline_px, frame.label_opacity);
+        const float others =
+            label_cover(place.other, 0.0, false, frame.outline_px, frame.label_opacity);
+        color = mix(mix(color, styles[min(place.other, frame.style_count - 1u)].rgb, others),
+                    mix(color, styles[min(place.label, frame.style_count - 1u)].rgb, mine),
+                    min(0.5 + depth, 1.0));
+    } else {
+        const uint label = label_at(index);
+        bool edge = false;
+        for (int i = 0; i < 4; ++i) {
+            const vec3 beside = point_on(plane, eye, vec2(pixel) + frame.outline_px * sides[i]);
+            edge = edge || (frame.outline_px > 0.0 && label_at(beside) != label);
+        }
+        const float opacity = label == 0u ? 0.0 : edge ? 1.0 : frame.label_opacity;
+        color = mix(color, styles[min(label, frame.style_count - 1u)].rgb, opacity);
     }
-    const float opacity = label == 0u ? 0.0 : edge ? 1.0 : frame.label_opacity;
-    color = mix(color, styles[min(label, frame.style_count - 1u)].rgb, opacity);
 #endif
 #if HAS_OVERLAY
-    const uint more = overlay_at(index);
-    bool rim = false;
-    for (int i = 0; i < 4; ++i) {
-        const vec3 beside = point_on(plane, eye, vec2(pixel) + over.overlay_outline_px * sides[i]);
-        rim = rim || (over.overlay_outline_px > 0.0 && overlay_at(beside) != more);
+    if ((kSmooth & kSmoothOverlay) != 0u) {
+        const float outline_px = over.overlay_outline_px, fill = over.overlay_opacity;
+        const LabelPlace place = overlay_place(index);
+        const vec3 origin = overlay_index(vec3(0.0));
+        const vec3 x = overlay_index(across) - origin, y = overlay_index(down) - origin;
+        const float slope = length(vec2(dot(place.slope, x), dot(place.slope, y)));
+        const float depth = place.margin / max(slope, 1e-6);
+        bool rim = false;
+        const int looks = max(length(x), length(y)) * outline_px > 0.5 ? 8 : 0;
+        for (int i = 0; i < looks; ++i) {
+            const vec3 beside = point_on(plane, eye, vec2(pixel) + outline_px * sides[i]);
+            rim = rim || overlay_place(beside).label != place.label;
+        }
+        const float mine = label_cover(place.label, depth, rim, outline_px, fill);
+        const float others = label_cover(place.other, 0.0, false, outline_px, fill);
+        color = mix(mix(color, overlay_styles[min(place.other, over.overlay_styles - 1u)].rgb, others),
+                    mix(color, overlay_styles[min(place.label, over.overlay_styles - 1u)].rgb, mine),
+                    min(0.5 + depth, 1.0));
+    } else {
+        const uint more = overlay_at(index);
+        bool rim = false;
+        for (int i = 0; i < 4; ++i) {
+            const vec3 beside = point_on(plane, eye, vec2(pixel) + over.overlay_outline_px * sides[i]);
+            rim = rim || (over.overlay_outline_px > 0.0 && overlay_at(beside) != more);
+        }
+        const float cover = more == 0u ? 0.0 : rim ? 1.0 : over.overlay_opacity;
+        color = mix(color, overlay_styles[min(more, over.overlay_styles - 1u)].rgb, cover);
     }
-    const float cover = more == 0u ? 0.0 : rim ? 1.0 : over.overlay_opacity;
-    color = mix(color, overlay_styles[min(more, over.overlay_styles - 1u)].rgb, cover);
 #endif
     if (all(lessThan(pixel, frame.size_px))) {
         imageStore(color_image, ivec3(pixel, gl_WorkGroupID.z),

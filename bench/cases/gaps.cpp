@@ -257,6 +257,7 @@ void labels(Painter& painter, Findings& findings) {
     layer.slice_opacity = 1.0;
     layer.ray_cast_weight = 1.0;
     layer.outline_px = 0.0;
+    layer.edges = LabelEdges::voxels;
     for (const glm::dvec3 color : colors)
         layer.styles.push_back({color, true});
     // Labels 1 and 3 alone, alternating: between them an interpolated id would be 2.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/reference/label_edges.h"
 #include "engine/reference/march.h"
 #include "engine/volume/extent.h"
 
@@ -140,6 +141,43 @@ glm::dvec3 Slices::with_labels(const LabelLayer& layer, const Shown& shown, cons
     return glm::mix(color, style.color, layer.slice_opacity);
 }
 
+glm::dvec3 Slices::with_smooth_labels(
+    const LabelLayer& layer, const Volume& labels,
+    const std::function<glm::dvec3(glm::dvec3 local_mm)>& to_index, const SliceLayer& slice,
+    glm::dvec3 normal, glm::dvec2 pixel, glm::dvec3 local_mm, glm::dvec3 color) const {
+    const auto label_of = [&](glm::ivec3 at) -> uint32_t {
+        if (at != glm::clamp(at, glm::ivec3(0), glm::ivec3(labels.size()) - 1))
+            return 0;
+        const auto label = static_cast<uint32_t>(labels.value(glm::uvec3(at)));
+        return label != 0 && style_of(layer, label).visible ? label : 0;
+    };
+    const auto index_beside = [&](glm::dvec2 aside) {
+        const LocalRay ray = rays_.through(pixel + aside);
+        const auto t = plane_distance(rays_.local_point(slice.point_mm), normal, ray);
+        return to_index(ray.origin_mm + t.value_or(0.0) * ray.direction);
+    };
+    const glm::dvec3 here = to_index(local_mm);
+    const LabelPlace place = label_place(label_of, here);
+    const glm::dvec3 across = index_beside({1, 0}) - here, down = index_beside({0, 1}) - here;
+    const double slope =
+        glm::length(glm::dvec2(glm::dot(place.slope, across), glm::dot(place.slope, down)));
+    const double depth_px = place.margin / std::max(slope, 1e-6);
+    bool edge = false;
+    if (std::max(glm::length(across), glm::length(down)) * layer.outline_px > 0.5)
+        for (int i = 0; i < 8; ++i) {
+            const double angle = glm::radians(45.0 * i);
+            const glm::dvec2 aside(std::cos(angle), std::sin(angle));
+            edge = edge || label_place(label_of, index_beside(layer.outline_px * aside)).label !=
+                               place.label;
+        }
+    const auto covered = [&](uint32_t label, double depth, bool is_edge) {
+        return glm::mix(color, style_of(layer, label).color,
+                        label_cover(label, depth, is_edge, layer.outline_px, layer.slice_opacity));
+    };
+    return glm::mix(covered(place.other, 0.0, false), covered(place.label, depth_px, edge),
+                    std::min(0.5 + depth_px, 1.0));
+}
+
 std::optional<SliceHit> Slices::hit(const LocalRay& ray, glm::dvec2 pixel) {
     double nearest = std::numeric_limits<double>::infinity();
     const SliceLayer* which = nullptr;
@@ -160,11 +198,24 @@ std::optional<SliceHit> Slices::hit(const LocalRay& ray, glm::dvec2 pixel) {
     const glm::dvec3 local_mm = ray.origin_mm + nearest * ray.direction;
     if (fused_)
         hit.color = with_fusion(local_mm, hit.color);
-    if (sampler_.has_labels())
+    const auto smooth = [](const LabelLayer& layer) { return layer.edges == LabelEdges::smooth; };
+    if (sampler_.has_labels() && smooth(*scene_.labels))
+        hit.color = with_smooth_labels(
+            *scene_.labels, *data_.labels, [&](glm::dvec3 at) { return rays_.label_index(at); },
+            *which, normal, pixel, local_mm, hit.color);
+    else if (sampler_.has_labels())
         hit.color = with_labels(
             *scene_.labels, [&](glm::dvec3 at) { return sampler_.shown_label(at); }, *which, normal,
             pixel, local_mm, hit.color);
-    if (scene_.overlay)
+    if (scene_.overlay && smooth(*scene_.overlay))
+        hit.color = with_smooth_labels(
+            *scene_.overlay, *data_.overlay,
+            [&](glm::dvec3 at) {
+                return index_point(data_.overlay->grid(),
+                                   at + glm::dvec3(data_.volume.grid().world_from_index[3]));
+            },
+            *which, normal, pixel, local_mm, hit.color);
+    else if (scene_.overlay)
         hit.color = with_labels(
             *scene_.overlay, [&](glm::dvec3 at) { return overlay_at(at); }, *which, normal, pixel,
             local_mm, hit.color);

@@ -35,6 +35,11 @@ class Slices {
                            glm::dvec3 normal, glm::dvec2 pixel, glm::dvec3 local_mm,
                            glm::dvec3 color) const;
     uint32_t overlay_at(glm::dvec3 local_mm) const; // shown there
+    // With smooth edges. `to_index` and the labels are those of the map.
+    glm::dvec3 with_smooth_labels(const LabelLayer& layer, const Volume& labels,
+                                  const std::function<glm::dvec3(glm::dvec3 local_mm)>& to_index,
+                                  const SliceLayer& slice, glm::dvec3 normal, glm::dvec2 pixel,
+                                  glm::dvec3 local_mm, glm::dvec3 color) const;
 
     const Scene& scene_;
     const SceneData& data_;

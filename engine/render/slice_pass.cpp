@@ -61,12 +61,17 @@ size_t SlicePass::record(const ViewFrame& frame, const std::optional<PixelBox>& 
     if (box.empty())
         return uploaded;
     const glm::uvec2 first = box.low / gpu::kTileSide;
+    const auto smooth = [](const std::optional<LabelLayer>& layer, uint32_t bit) {
+        return layer && layer->edges == LabelEdges::smooth ? bit : 0u;
+    };
     const ComputePipeline& pipeline = store_->pipelines.get(
         spirv::Slices{.has_labels = frame.styles != nullptr,
                       .has_atlas = frame.voxels.volume().is_atlas(),
                       .has_fusion = fused != nullptr,
                       .has_overlay = frame.overlay_styles != nullptr,
-                      .manual = store_->options.sampling == Sampling::by_hand});
+                      .manual = store_->options.sampling == Sampling::by_hand,
+                      .smooth = smooth(frame.scene.labels, gpu::kSmoothLabels) |
+                                smooth(frame.scene.overlay, gpu::kSmoothOverlay)});
     commands.begin_pass("slices");
     commands.dispatch(pipeline, offer.taken_by(pipeline),
                       {tile_count(box.high) - first, eye_count(frame.scene)}, {first, 0});

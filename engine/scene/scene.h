@@ -127,13 +127,19 @@ struct LabelStyle { // how one label is shown
     friend bool operator==(const LabelStyle&, const LabelStyle&) = default;
 };
 
-// How a label map is shown. Labels are taken from the nearest voxel, never interpolated.
-// Label 0 is background: never coloured and always visible.
+// Where one label ends on slices and the next begins: halfway between two samples, where their
+// weights in linear interpolation are equal, or at the sides of the samples' boxes.
+enum class LabelEdges { smooth, voxels };
+
+// How a label map is shown. Labels are those of samples, never blended; on slices with smooth edges
+// that of the largest weight, and everywhere else that of the nearest sample. Label 0 is
+// background: never coloured and always visible.
 struct LabelLayer {
-    std::vector<LabelStyle> styles; // by label number; labels beyond take generated colours
-    double ray_cast_weight = 0.7;   // 0 .. 1: how far labels tint the ray-cast colour
-    double slice_opacity = 0.4;     // 0 .. 1: of the filled overlay on slices
-    double outline_px = 1.0;        // width of the outline on slices; 0 draws none
+    std::vector<LabelStyle> styles;        // by label number; labels beyond take generated colours
+    double ray_cast_weight = 0.7;          // 0 .. 1: how far labels tint the ray-cast colour
+    double slice_opacity = 0.4;            // 0 .. 1: of the filled overlay on slices
+    double outline_px = 1.0;               // width of the outline on slices; 0 draws none
+    LabelEdges edges = LabelEdges::smooth; // on slices
 
     friend bool operator==(const LabelLayer&, const LabelLayer&) = default;
 };

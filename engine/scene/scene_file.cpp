@@ -209,11 +209,12 @@ std::vector<Style> read_styles(const JsonValue& in, const Layer& layer,
 
 LabelLayer read_label_layer(const JsonValue& in) {
     LabelLayer layer;
-    if (!in.only_keys({"styles", "ray_cast_weight", "slice_opacity", "outline_px"}))
+    if (!in.only_keys({"styles", "ray_cast_weight", "slice_opacity", "outline_px", "edges"}))
         return layer;
     in.take("ray_cast_weight", layer.ray_cast_weight, 0.0, 1.0);
     in.take("slice_opacity", layer.slice_opacity, 0.0, 1.0);
     in.take("outline_px", layer.outline_px, 0.0, 100.0);
+    read_choice(in, "edges", layer.edges);
     if (const auto styles = in.find("styles"))
         layer.styles =
             read_styles<LabelStyle>(*styles, LabelLayer{}, {"label", "color", "visible", "opacity"},

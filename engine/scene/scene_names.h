@@ -50,5 +50,10 @@ struct Names<Interpolation> {
     static constexpr std::initializer_list<std::pair<const char*, Interpolation>> list{
         {"linear", Interpolation::linear}, {"cubic", Interpolation::cubic}};
 };
+template <>
+struct Names<LabelEdges> {
+    static constexpr std::initializer_list<std::pair<const char*, LabelEdges>> list{
+        {"smooth", LabelEdges::smooth}, {"voxels", LabelEdges::voxels}};
+};
 
 } // namespace palpate

@@ -115,7 +115,8 @@ Json label_layer_json(const LabelLayer& layer) {
     return {{"styles", std::move(styles)},
             {"ray_cast_weight", layer.ray_cast_weight},
             {"slice_opacity", layer.slice_opacity},
-            {"outline_px", layer.outline_px}};
+            {"outline_px", layer.outline_px},
+            {"edges", name_json(layer.edges)}};
 }
 
 Json surfaces_json(const SceneFile& file) {

@@ -20,6 +20,9 @@ const uint kSliceFusedTable = 12u;
 const uint kSliceOverlay = 13u; // labels
 const uint kSliceOverlayStyles = 14u;
 
+const uint kSmoothLabels = 1u; // of the shader's constant kSmooth
+const uint kSmoothOverlay = 2u;
+
 // The layers over slices, from index positions of the volume.
 struct SliceOver {
     mat3 fused_from_index; // index in the fused volume: fused_from_index * index + fused_origin

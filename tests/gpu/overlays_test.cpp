@@ -104,6 +104,9 @@ TEST_F(OverlaysTest, FusionAndTwoLabelMapsAreThoseOfTheTwin) {
                     some.labels.reset();
                 EXPECT_LE(share_beyond(some, kBound), kBorders) << fusion << overlay << labels;
             }
+    Scene voxels = scene;
+    voxels.labels->edges = voxels.overlay->edges = LabelEdges::voxels;
+    EXPECT_LE(share_beyond(voxels, kBound), kBorders);
     scene.stereo = StereoSettings{};
     scene.ray_cast = RayCastLayer{}; // slices among rays
     scene.ray_cast->transfer = window_function(300, 1200, 0.02);

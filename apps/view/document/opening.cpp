@@ -157,8 +157,10 @@ Subject subject_of(const OpenedScene& opened, const Session& session, const Note
         home.fusion_opacity = opened.scene.fusion->opacity;
     if (const auto& overlay = session.scene().overlay)
         home.overlay_opacity = overlay->slice_opacity;
-    if (opened.scene.labels)
+    if (opened.scene.labels) {
         home.outline_px = opened.scene.labels->outline_px;
+        home.label_edges = opened.scene.labels->edges;
+    }
     home.seen_as = seen_as(session.scene());
     for (size_t i = 0; i < std::min(opened.scene.surfaces.size(), opened.file.surfaces.size()); ++i)
         if (opened.file.surfaces[i].labels && !opened.scene.surfaces[i].label_styles.empty())

@@ -189,7 +189,8 @@ Json dump_of(Work& work, const ViewState& state) {
     json["recovered_steps"] = state.recovered_steps;
     json["labels"] = {{"shown", state.labels_shown},
                       {"opacity", state.label_opacity},
-                      {"in_3d", state.labels_in_3d}};
+                      {"in_3d", state.labels_in_3d},
+                      {"edges", state.label_edges == LabelEdges::smooth ? "smooth" : "voxels"}};
     dump_panels(work, state, json);
     json["slab"] = {{"mm", state.slab_mm}, {"mode", slab_name(state.slab_mode)}};
     json["stereo"] = stereo_json(state);

@@ -161,8 +161,10 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
         if (scene.labels)
             scene.labels->slice_opacity = state.label_opacity;
         for (std::optional<LabelLayer>* layer : {&scene.labels, &scene.overlay})
-            if (*layer)
+            if (*layer) {
                 (*layer)->outline_px = state.outline_px;
+                (*layer)->edges = state.label_edges;
+            }
         if (scene.overlay)
             scene.overlay->slice_opacity = state.overlay_opacity;
         if (scene.fusion)

@@ -151,8 +151,9 @@ struct ViewState {
     double change_label_mm = 1.0; // by how far a label is smoothed, grown or shrunk
     bool labels_shown = true;
     double label_opacity = 0.4;
-    bool labels_in_3d = true;      // their surfaces lie among the rays
-    SeenAs seen_as = SeenAs::rays; // of the volume in 3D
+    bool labels_in_3d = true;                    // their surfaces lie among the rays
+    LabelEdges label_edges = LabelEdges::smooth; // in slices, of labels and overlay
+    SeenAs seen_as = SeenAs::rays;               // of the volume in 3D
     Stylus stylus;
 
     Tab tab = Tab::view;

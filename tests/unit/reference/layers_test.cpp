@@ -95,6 +95,7 @@ TEST(Labels, FillAndOutlineSlices) {
     scene.labels = LabelLayer{};
     scene.labels->styles = {{}, {{0, 1, 0}, true}, {{0, 0, 1}, true}};
     scene.labels->slice_opacity = 0.25;
+    scene.labels->edges = LabelEdges::voxels;
     const SceneData data = labelled();
     const auto at = [&](double x) {
         scene.camera = along({0, 0, -1}, {x, 0, 0});

@@ -303,7 +303,7 @@ TEST(SceneFile, WhatLiesOverSlicesAndAShiftedCameraAreWrittenAndRead) {
     const SceneFile file = parse_scene(R"({"volume": "a.nii", "fused": "b.nii", "overlay": "c.nii",
             "camera": {"eye_mm": [0, -9, 0], "pixel_aspect": 2, "shift": [0.25, -0.5]},
             "fusion_layer": {"opacity": 0.75, "transfer": {"window": [0, 10]}},
-            "overlay_layer": {"slice_opacity": 0, "outline_px": 2},
+            "overlay_layer": {"slice_opacity": 0, "outline_px": 2, "edges": "voxels"},
             "slices": [{"slab_mm": 5, "slab_mode": "minimum"}],
             "slice_transfer": {"window": [0, 1]}})",
                                        "a.json")
@@ -312,6 +312,7 @@ TEST(SceneFile, WhatLiesOverSlicesAndAShiftedCameraAreWrittenAndRead) {
     EXPECT_EQ(file.scene.camera.shift, glm::dvec2(0.25, -0.5));
     EXPECT_EQ(file.scene.fusion->opacity, 0.75);
     EXPECT_EQ(file.scene.overlay->outline_px, 2.0);
+    EXPECT_EQ(file.scene.overlay->edges, LabelEdges::voxels);
     EXPECT_EQ(file.scene.slices.front().slab_mode, SlabMode::minimum);
     const SceneFile again = parse_scene(write_scene(file), "again.json").value();
     EXPECT_EQ(again.scene, file.scene);
