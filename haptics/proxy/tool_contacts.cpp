@@ -132,8 +132,8 @@ bool ToolContacts::is_clear(dvec3 from, dvec3 to) {
     return field_.is_clear(glm::min(from, to) - reach_mm_, glm::max(from, to) + reach_mm_, 0.0);
 }
 
-// The samples that are in material or nearly so, in inside_. Most are not near any for many ticks.
-uint32_t ToolContacts::solid_points(dvec3 at) {
+// The samples that may be in material. Most are not near any for many ticks.
+std::span<const uint16_t> ToolContacts::near_points(dvec3 at) {
     const std::span<const glm::vec3> offsets(offsets_.data(), point_count_);
     const glm::vec3 moved = glm::abs(field_.offset_of(at - near_at_));
     const bool is_far = !(std::max({moved.x, moved.y, moved.z}) <= 0.99f);
@@ -142,8 +142,14 @@ uint32_t ToolContacts::solid_points(dvec3 at) {
         near_at_ = at;
         near_samples_ = field_.samples_about(at, reach_samples_);
     }
+    return {near_.data(), near_count_};
+}
+
+// The samples that are in material or nearly so, in inside_.
+uint32_t ToolContacts::solid_points(dvec3 at) {
+    const std::span<const uint16_t> named = near_points(at);
     scanned_ += point_count_;
-    return field_.solid_points(at, offsets, reach_samples_, {near_.data(), near_count_},
+    return field_.solid_points(at, {offsets_.data(), point_count_}, reach_samples_, named,
                                static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
 
@@ -156,8 +162,19 @@ float ToolContacts::deepest_value(dvec3 at) {
     return deepest;
 }
 
+// Some at a time: in material that yields most of them are solid, and one says it. A wide ball's
+// lie in more blocks of labels than the field keeps.
 bool ToolContacts::is_free(dvec3 at) {
-    return deepest_value(at) < 0.0f;
+    constexpr size_t kAtATime = 16;
+    for (std::span<const uint16_t> left = near_points(at); !left.empty();) {
+        const std::span<const uint16_t> some = left.first(std::min(kAtATime, left.size()));
+        left = left.subspan(some.size());
+        scanned_ += static_cast<uint32_t>(some.size());
+        if (field_.solid_points(at, {offsets_.data(), point_count_}, reach_samples_, some, 0.0f,
+                                inside_.data()) > 0)
+            return false;
+    }
+    return true;
 }
 
 bool ToolContacts::is_as_free(dvec3 at, dvec3 other) {

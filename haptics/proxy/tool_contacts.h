@@ -89,6 +89,7 @@ class ToolContacts {
  private:
     void place_points(const TickInput& input);
     double deepest_mm() const;
+    std::span<const uint16_t> near_points(glm::dvec3 at);
     uint32_t solid_points(glm::dvec3 at);
     float deepest_value(glm::dvec3 at);
     void consider_deepest(glm::dvec3 at);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "haptics/proxy/tool_contacts.h"
 #include "tests/unit/haptics_proxy/yield_grid.h"
 
 namespace palpate::haptics {
@@ -57,6 +58,24 @@ TEST(YieldSource, ABallWiderThanTheTableOfBlocksIsHeldInAGroove) {
     expect_held_at_t0(
         {.from = T0From::label_harder, .body = 5, .radius_mm = 10.0, .hertz = 1000.0, .seed = 100},
         scenes, most);
+}
+
+// A ball that yields is asked in each tick whether it is out of the material. Deep in a label its
+// points lie in more blocks of 4x4x4 cells than the field keeps, each made of 13^3 samples.
+TEST(YieldSource, AWideBallInALabelIsKnownToBeInItByAFewOfItsPoints) {
+    const Grid grid = make_grid(glm::uvec3(64), glm::dvec3(0.5), glm::dvec3(-15.75));
+    const Volume volume = make_volume(
+        grid, ScalarType::u8, [](glm::uvec3 i) { return i.z < 20 || i.z >= 62 ? 0.0 : 3.0; });
+    const TouchParameters q{.tool_radius_mm = 10.0, .source = TouchSource::labels};
+    TouchScene scene{.version = 1};
+    scene.labels = volume;
+    const TickInput input{.scene = &scene, .parameters = &q};
+    const auto contacts = std::make_unique<ToolContacts>();
+    contacts->follow(input, volume);
+    EXPECT_FALSE(contacts->is_free({0.0, 0.0, 4.5}));
+    EXPECT_LE(contacts->field().filtered_samples(), 16u * 13u * 13u * 13u);
+    EXPECT_TRUE(contacts->is_free({0.0, 0.0, -17.0}));
+    EXPECT_FALSE(contacts->is_free({0.0, 0.0, -15.0})); // its top is 0.75 mm in
 }
 
 } // namespace
