@@ -202,12 +202,9 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewStat
     draw_tool_size(ui, state);
     draw_only_values(ui, ends, state, work);
     ImGui::Separator();
-    draw_label_looks(ui, state);
+    draw_label_looks(ui, state, /*all=*/true);
     slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
     ui.note("labels/outline");
-    choose("label edges", state.label_edges,
-           {std::pair("smooth", LabelEdges::smooth), {"voxels", LabelEdges::voxels}});
-    ui.note("labels/edges");
     const auto all = listed_labels(state, work);
     const auto set_visible = [&](auto is_visible) {
         for (const uint32_t label : all) {

@@ -110,7 +110,8 @@ void draw_opening(Widgets& ui, const ViewState& state);
 void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char* first,
                const char* button, ViewState& state);
 void draw_tool_size(Widgets& ui, ViewState& state); // of the one in the hand, and its kind
-void draw_label_looks(Widgets& ui, ViewState& state);
+// Whether and how labels are seen; `all`: in 3D and at their edges, too.
+void draw_label_looks(Widgets& ui, ViewState& state, bool all);
 void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed);
 void draw_values(const ValueStatistics& values, const std::string& unit); // a small table
 // Two fields for the ends of a window. A drag stops at the other end; what is typed moves it along.

@@ -23,10 +23,16 @@ void draw_tool_size(Widgets& ui, ViewState& state) {
     ui.note("tool/radius");
 }
 
-void draw_label_looks(Widgets& ui, ViewState& state) {
+void draw_label_looks(Widgets& ui, ViewState& state, bool all) {
     ui.check("shown", "labels/shown", state.labels_shown);
-    ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-    ui.check("labels in 3D", "labels/in_3d", state.labels_in_3d);
+    if (all) {
+        ImGui::SameLine();
+        ui.check("in 3D", "labels/in_3d", state.labels_in_3d);
+        ImGui::SameLine();
+        bool smooth = state.label_edges == LabelEdges::smooth;
+        ui.check("smooth", "labels/edges", smooth);
+        state.label_edges = smooth ? LabelEdges::smooth : LabelEdges::voxels;
+    }
     slide("opacity", state.label_opacity, 0.0, 1.0, "%.2f");
     ui.note("labels/opacity");
 }
@@ -204,7 +210,7 @@ void draw_view_panel(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work
     if (section("Volume"))
         draw_volume(ui, state, work);
     if (section("Labels"))
-        draw_label_looks(ui, state);
+        draw_label_looks(ui, state, /*all=*/false);
     if (section("Layout"))
         draw_layout(ui, state);
     if (section("Slices"))

@@ -49,9 +49,9 @@ constexpr WidgetHelp kHelp[] = {
     {"labels/in_3d", "labels in 3D",
      "the smooth surface of each label in the 3D view, beside the rays; off: labels tint the rays",
      "segment organ surface mesh smooth"},
-    {"labels/edges", "edges of labels in slices",
-     "smooth: halfway between samples; voxels: the sides of the samples' boxes",
-     "contour outline staircase smooth voxel", false},
+    {"labels/edges", "smooth edges of labels in slices",
+     "edges run halfway between samples; off: along the sides of the samples' boxes",
+     "contour outline staircase voxel"},
     {"labels/outline", "outline of labels", "width of the lines around labels in slices, 0 to 5 px",
      "contour border"},
 
