@@ -122,7 +122,12 @@ std::string starter_path(const Landing& landing, const Volume& volume) {
     const WorldBox box = world_box(volume.grid());
     const double side = glm::length(box.high - box.low) / std::sqrt(3.0);
     const double away_mm = std::clamp(0.25 * side, 5.0, 20.0);
-    const double deep_mm = 2.0; // less is lost in the play of a hand and a device
+    // Less is lost in the play of a hand and a device. The first sample that is solid may lie as
+    // deep as samples are apart, and a tool is to reach it.
+    const glm::dvec3 steps = glm::dmat3(index_from_world(volume.grid())) * landing.into;
+    const double apart_mm =
+        1.0 / std::max({std::abs(steps.x), std::abs(steps.y), std::abs(steps.z)});
+    const double deep_mm = std::max(2.0, apart_mm);
     const glm::dvec3 out = landing.at_mm - away_mm * landing.into;
     const glm::dvec3 in = landing.at_mm + deep_mm * landing.into;
     std::string text = fmt::format(

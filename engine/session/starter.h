@@ -21,8 +21,8 @@ struct Landing {
 // or above; samples without data count as below.
 Result<Landing> find_landing(const Volume& volume, double iso);
 
-// The text of a path (haptics/device/hand_path.h): straight to the surface, 2 mm into it,
-// button 0 pressed for half a second there, and back. It lasts 2.5 s.
+// The text of a path (haptics/device/hand_path.h): straight to the surface, 2 mm into it, or
+// as far as samples lie apart, button 0 pressed for half a second there, and back. It lasts 2.5 s.
 std::string starter_path(const Landing& landing, const Volume& volume);
 
 // The text of two strokes on grey values (engine/edit/stroke.h), the lowest value left behind: a
