@@ -120,6 +120,18 @@ struct PrintFigure {          // of a view
 };
 struct StopFigure : Bare {};
 
+// Recording of input, and playing it again: of a window.
+struct RecordScript {
+    std::string path{};
+    bool operator==(const RecordScript&) const = default;
+};
+struct PlayScript {
+    std::string path{};
+    double speed = 1.0; // times as fast as it was recorded
+    bool operator==(const PlayScript&) const = default;
+};
+struct StopScript : Bare {}; // the recording
+
 } // namespace order
 
 // Those that the document obeys.
@@ -135,7 +147,9 @@ using DocumentOrder =
 // All: the window obeys the others itself, and asks where to before it passes on a save.
 using Order = std::variant<order::Open, order::OpenLabels, order::OpenFused, order::CancelOpening,
                            order::Close, order::Leave, order::TakePicture, order::PrintFigure,
-                           order::StopFigure, order::Save, DocumentOrder>;
+                           order::StopFigure, order::RecordScript, order::PlayScript,
+                           order::StopScript, order::Save, DocumentOrder>;
+using ScriptOrder = std::variant<order::RecordScript, order::PlayScript, order::StopScript>;
 
 // One function of several, by the type of its argument: for std::visit.
 template <class... Function>

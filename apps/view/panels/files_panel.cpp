@@ -79,6 +79,10 @@ void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& wo
     if (ImGui::CollapsingHeader("Surface for print"))
         draw_export_panel(ui, panel.mesh_file, state, work);
     ui.note("file/print");
+    const bool has_session = ImGui::CollapsingHeader("Session");
+    ui.note("file/session");
+    if (has_session)
+        draw_session_panel(ui, panel.session_file, state);
     ImGui::Separator();
     ui.check("light", "file/light", state.light);
     ImGui::SameLine();

@@ -43,7 +43,7 @@ struct LabelPanel {
 };
 struct FilesPanel {
     std::vector<std::string> recent{};
-    TypedText figure_file{}, mesh_file{};
+    TypedText figure_file{}, mesh_file{}, session_file{};
 };
 struct SidePanel {
     WindowEnds ends{};
@@ -89,6 +89,7 @@ void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& wo
 void draw_clip_panel(Widgets& ui, ViewState& state, Work& work);
 void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work);
 void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state);
+void draw_session_panel(Widgets& ui, TypedText& file, ViewState& state);
 void draw_series_list(Widgets& ui, ViewState& state, Work& work);
 
 // Windows beside and over the views.

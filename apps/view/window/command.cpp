@@ -26,7 +26,7 @@ struct ViewOptions {
     std::string device, display, latency, record, replay, shot, state;
     std::optional<uint32_t> monitor;
     std::string hand, hand_path, algorithm = "swept-tool";
-    double frame_ms = 60.0, text_scale = 0.0;
+    double frame_ms = 60.0, text_scale = 0.0, speed = 1.0;
     bool headless = false, validate = false;
 };
 
@@ -72,8 +72,8 @@ Result<void> check_together(const ViewOptions& o) {
         return fail("--full-screen: opens a window; leave out --headless");
     if (!o.shot.empty() && !o.headless)
         return fail("--shot: needs --headless");
-    if (!o.replay.empty() && !o.headless)
-        return fail("--replay: needs --headless");
+    if (!o.replay.empty() && !o.latency.empty() && !o.headless)
+        return fail("--replay: expected without --latency");
     if (!o.shot.empty() && !o.shot.ends_with(".png"))
         return fail("--shot: expected a name ending in .png, found '{}'", o.shot);
     if (!o.hand_path.empty() && (o.hand.empty() || o.hand == view::kMouse))
@@ -94,6 +94,7 @@ void warn_of_idle_options(const CLI::App& app, const ViewOptions& o) {
         {true, {"--interpolation"}, "slices of the window are linear"},
         {true, {"--values"}, "of render"},
         {o.scene.transparent(), {"--background"}, "transparent is of render"},
+        {o.replay.empty() || o.headless, {"--speed"}, "of --replay in a window"},
         {o.headless, {"--frame-ms"}, "--headless draws at full quality"}};
     warn_of_idle(app, idle);
 }
@@ -148,6 +149,10 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         if (!display)
             return pass_on(display);
         loop.viewer.display = std::move(*display);
+    }
+    if (!options.replay.empty() && !options.headless) {
+        loop.replay = script;
+        loop.replay_speed = options.speed;
     }
     loop.viewer.volume_alone = options.monitor.has_value();
     loop.viewer.frame_ms = options.frame_ms;
@@ -292,8 +297,12 @@ Command add_view(CLI::App& app) {
                    "(default: none)")
         ->type_name("FILE");
     app.add_option("--replay", o->replay,
-                   "Do the input of a script; with --headless (default: none)")
+                   "Do the input of a script; in a window a press or a key ends it (default: none)")
         ->type_name("FILE");
+    app.add_option("--speed", o->speed,
+                   "Play --replay in a window so many times as fast as it was recorded")
+        ->capture_default_str()
+        ->check(within(0.1, 1000.0));
     app.add_flag("--headless", o->headless, "Open no window, and end when the script is done");
     app.add_option("--shot", o->shot,
                    "With --headless: picture of the window at the end, .png (default: none)")

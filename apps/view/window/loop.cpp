@@ -9,6 +9,7 @@
 #include "apps/view/window/latency.h"
 #include "apps/view/window/pacing.h"
 #include "apps/view/window/replay.h"
+#include "apps/view/window/script_desk.h"
 #include "apps/view/window/window.h"
 #include "engine/base/json.h"
 #include "engine/gpu/error.h"
@@ -171,7 +172,9 @@ Result<Json> run_window(Source source, LoopOptions options) {
     options.viewer.on_picture = Window::wake;
     Viewer viewer(pictures, *interface, screen.format(), std::move(source), size, text_scale,
                   std::move(options.viewer));
-    Recorder recorder(options.record, size, text_scale);
+    ScriptDesk desk(options.record, size, text_scale);
+    if (options.replay)
+        desk.play(*options.replay, options.replay_speed);
     std::string title;
     constexpr int kSettling = 3; // frames after which widgets have answered
     int frames_to_go = kSettling;
@@ -180,12 +183,12 @@ Result<Json> run_window(Source source, LoopOptions options) {
     uint64_t shown_looks = 0;
     glm::uvec2 shown_px(0);
     for (uint64_t frame = 0; !options.stop.stop_requested(); ++frame) {
-        wait_for_turn(window, pacing, frames_to_go > 0);
+        wait_for_turn(window, pacing, frames_to_go > 0 || desk.is_playing());
         const bool draws = pacing.begin(window.time_s(), !under_way.full());
-        const std::vector<Event> events = window.events().take_frame();
+        const std::vector<Event> events =
+            desk.take(frame, window.events().take_frame(), window.time_s(), viewer);
         frames_to_go = events.empty() ? frames_to_go - 1 : kSettling;
-        recorder.add(frame, events, viewer);
-        viewer.frame(events, events.empty() ? window.time_s() : events.back().time_s);
+        viewer.frame(events, desk.time_s());
         if (viewer.is_done())
             break;
         if (viewer.title() != title)
@@ -212,7 +215,7 @@ Result<Json> run_window(Source source, LoopOptions options) {
                 under_way.add(*shown);
         }
     }
-    if (recorder.failed())
+    if (desk.failed())
         return fail("{}: cannot be written", options.record);
     for (const GpuDevice* device : {&pictures, interface.get()})
         PALPATE_TRY(expect_valid(*device));

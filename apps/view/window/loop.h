@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <string>
 
+#include "apps/view/script/script.h"
 #include "apps/view/window/viewer.h"
 #include "engine/base/json.h"
 
@@ -16,6 +17,8 @@ struct LoopOptions {
     glm::uvec2 size_px{1280, 800};
     double text_scale = 0.0;           // 0: as the display asks
     std::string record;                // a script to write; empty: none
+    std::optional<Script> replay{};    // run_window() begins with
+    double replay_speed = 1.0;         // times as fast as it was recorded
     std::optional<uint32_t> monitor{}; // that the window fills
     ViewerOptions viewer{};
     std::stop_token stop{};

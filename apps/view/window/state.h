@@ -80,6 +80,13 @@ enum class Browsing {
     name       // of a file that is written, for the field ViewState::naming
 };
 
+// Scripts of input; paths, empty: none.
+struct Scripting {
+    std::string recording, playing;
+
+    friend bool operator==(const Scripting&, const Scripting&) = default;
+};
+
 // An action that waits until a person has said what becomes of edits that are not saved.
 struct Leaving {
     bool closes = false;          // the window; else a file is opened
@@ -164,6 +171,8 @@ struct ViewState {
     Measuring measuring;
     Clipping clipping;
     FigureSetup figure;
+    Scripting scripts;
+    double play_speed = 1.0;                 // times as fast as it was recorded
     Browsing browsing = Browsing::documents; // what is chosen in the browser
     std::string naming;
     bool browser_open = false, series_open = false, names_hidden = false, light = false;

@@ -131,6 +131,9 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
             if (figure_)
                 figure_->stop.request_stop();
         },
+        [&](const order::RecordScript& asked) { script_order_ = asked; },
+        [&](const order::PlayScript& asked) { script_order_ = asked; },
+        [&](const order::StopScript& asked) { script_order_ = asked; },
         [&](const order::Save& asked) { save(asked); },
         [&](const DocumentOrder& other) { work_->obey(other, state_); },
     };

@@ -80,6 +80,9 @@ class Viewer {
     const Grid& grid() const { return work_->subject().grid; }
     const Interface& interface() const { return *interface_; }
     Json dump();
+    // What was ordered of scripts since this was last asked: for a window, which does it.
+    std::optional<ScriptOrder> take_script_order() { return std::exchange(script_order_, {}); }
+    void show_scripts(Scripting scripts) { state_.scripts = std::move(scripts); }
     std::optional<std::string> failure() { return pictures_->failure(); }
     std::string title() const { return state_.names_hidden ? "" : work_->title(); }
     // The window's first pixel is here on the screen: interleaved layouts count from there.
@@ -139,6 +142,7 @@ class Viewer {
     double interface_scale_ = 1.0; // that interface_ is made for
     std::stop_source stop_opening_;
     bool done_ = false;
+    std::optional<ScriptOrder> script_order_;
     std::unique_ptr<SeriesPreviews> previews_;
     bool new_previews_ = false;  // since record()
     bool offers_series_ = false; // of the folder that is being opened

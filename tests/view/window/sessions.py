@@ -4,6 +4,7 @@ import json
 import os
 import struct
 import subprocess
+import tempfile
 import time
 
 from person import Person, VOLUME, until
@@ -40,6 +41,29 @@ def browser_opens_a_typed_file(start):
     state = p.close()
     assert state["crosshair_sample"] == [10, 10, 10], state["crosshair_sample"]
     assert not state["browser_open"]
+
+
+def plays_a_script_and_hands_over(start):
+    with tempfile.NamedTemporaryFile("w", suffix=".jsonl") as script:
+        script.write("""{"palpate_view": 2, "size": [800, 600]}
+{"frame": 10, "t_s": 5.0, "key": "x", "down": true}
+{"frame": 11, "t_s": 5.1, "key": "x"}
+{"frame": 70, "t_s": 6.1, "move": {"view": "axial", "share": [0.5, 0.6]}}
+{"frame": 71, "t_s": 6.2, "button": "left", "down": true}
+{"frame": 72, "t_s": 6.3, "move": {"view": "axial", "share": [0.6, 0.6]}}
+{"frame": 73, "t_s": 6.4, "button": "left", "down": false}
+{"frame": 74, "t_s": 6.5, "close": true}
+{"frame": 80, "t_s": 6.6, "key": "e", "down": true}
+{"frame": 81, "t_s": 6.7, "key": "e"}
+""")
+        script.flush()
+        p = start(options=["--replay", script.name, "--speed", "4"])
+        until("the last key of the script", lambda: any(event.get("key") == "e" and not event.get("down")
+                                                        for event in p.events()))
+    p.key("b")  # the window is the person's
+    state = p.close(discards=True)
+    assert state["undo_steps"] == 1, state["undo_steps"]
+    assert state["tool"]["hand"] == "draw", state["tool"]
 
 
 def opens_without_a_file(start):
@@ -504,7 +528,7 @@ SESSIONS = [
     saves_when_it_is_asked,
     loses_no_step_when_it_is_killed, works_undoes_and_asks, saves_and_goes_on,
     drills_with_the_mouse_as_a_hand, measures, paints_erases_and_undoes, keeps_how_it_looks,
-    browser_opens_a_typed_file, opens_without_a_file, writes_a_figure, writes_pictures_round_the_head, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
+    browser_opens_a_typed_file, plays_a_script_and_hands_over, opens_without_a_file, writes_a_figure, writes_pictures_round_the_head, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
     maximises_by_double_click, crosshair_by_shift_and_move, turns_a_plane_by_its_handle,
     drags_points_of_the_transfer_function, drags_an_iso_value, arms_and_disarms, clips_by_a_handle,
     takes_a_picture, fills_the_screen, resizes, stays_when_it_is_asked, types_into_a_field,
