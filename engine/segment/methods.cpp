@@ -102,6 +102,13 @@ std::span<const SegmentMethod> segment_methods() {
              {},
              {kLow, kHigh},
              run_threshold},
+            {"otsu",
+             "Classes of values by the thresholds that separate them best (Otsu); the lowest is no "
+             "label",
+             false,
+             {},
+             {{"classes", "", 2, 6, 2, nullptr, "How many classes, with the lowest"}},
+             run_otsu},
             {"region-growing",
              "Samples with values like the seeds', joined to a seed",
              true,

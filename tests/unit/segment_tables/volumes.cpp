@@ -137,7 +137,7 @@ ParameterValues values_of(const SegmentMethod& method) {
                                    [&](const MethodParameter& p) { return name == p.name; });
     };
     ParameterValues values;
-    if (!method.takes_seeds)
+    if (!method.takes_seeds && has("low"))
         values["low"] = 50.0;
     if (has("rule")) // a front meets no boundary in some of the volumes
         values["threshold"] = 20.0;
