@@ -59,7 +59,7 @@ inline void add_rays(Scene& scene, RayMode mode) {
 }
 
 // Largest difference of samples that are neighbours along each axis.
-inline glm::dvec3 steepest(const Volume& volume) {
+inline glm::dvec3 steepest_on_axes(const Volume& volume) {
     glm::dvec3 most(0.0);
     const glm::uvec3 size = volume.size();
     for (uint32_t z = 0; z < size.z; ++z)
@@ -86,7 +86,7 @@ inline double ray_bound(const Scene& scene, const SceneData& data) {
     // below twice the eye's own; the exact integrator works in samples from the entry on. A value:
     // that times the steepest difference on each axis, and the roundings of interpolation.
     double value = 10.0 * 0x1p-24 * 1000.0;
-    const glm::dvec3 steep = steepest(data.volume);
+    const glm::dvec3 steep = steepest_on_axes(data.volume);
     for (int a = 0; a < 3; ++a)
         value += steep[a] * 0x1p-24 *
                  (exact ? 4.0 * (glm::length(eye) + glm::length(size)) + 10.0 * glm::length(size)
