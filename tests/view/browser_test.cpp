@@ -35,7 +35,7 @@ class BrowserTest : public ViewerTest {
         fs::remove_all(folder_);
     }
     void browse_for_labels() {
-        click_widget("tab/labels");
+        show("labels");
         click_widget("labels/open");
         frame({});
     }
@@ -112,7 +112,7 @@ TEST_F(BrowserTest, OneEscapeClosesIt) {
 }
 
 TEST_F(BrowserTest, ANameOfAnExportIsChosen) {
-    click_widget("tab/labels");
+    show("label_files");
     click_widget("labels/file/choose");
     frame({});
     ASSERT_TRUE(state().browser_open);

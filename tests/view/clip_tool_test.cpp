@@ -45,7 +45,7 @@ TEST(ClipTool, APlaneGoesThroughThePointUnderThePointer) {
     for (int i = 0; i < 100; ++i) {
         const Subject subject = subject_of(random_grid(random));
         TestHand hand{subject};
-        hand.state.tab = Tab::clip;
+        hand.state.sections.set(Section::clips, true);
         set_crop_box(hand.state, subject.grid);
         const Panel panel = kSlices[random() % 3];
         const auto handles = clip_handles(hand.state, subject.grid, panel);
@@ -75,7 +75,7 @@ TEST(ClipTool, APlaneGoesThroughThePointUnderThePointer) {
 TEST(ClipTool, ARingTurnsAPlaneSoThatItsLineRunsThroughThePointer) {
     const Subject subject = subject_of(make_grid(glm::uvec3(64), glm::dvec3(1, 1, 2)));
     TestHand hand{subject};
-    hand.state.tab = Tab::clip;
+    hand.state.sections.set(Section::clips, true);
     hand.state.notes.clip_planes = {{center_mm(subject.grid), {0, 1, 0}}};
     ClipHandle ring{};
     for (const ClipHandle& handle : clip_handles(hand.state, subject.grid, Panel::axial))
@@ -97,7 +97,7 @@ TEST(ClipTool, ARingTurnsAPlaneSoThatItsLineRunsThroughThePointer) {
 TEST(ClipTool, AHandleInTheVolumeStaysUnderThePointer) {
     const Subject subject = subject_of(make_grid(glm::uvec3(64), glm::dvec3(1)));
     TestHand hand{subject};
-    hand.state.tab = Tab::clip;
+    hand.state.sections.set(Section::clips, true);
     set_crop_box(hand.state, subject.grid);
     for (const ClipHandle& handle : clip_handles(hand.state, subject.grid, Panel::volume)) {
         const ClipPlane before = hand.state.notes.clip_planes[handle.plane];
@@ -121,7 +121,7 @@ TEST(ClipTool, WithoutItsTabNothingIsTakenHoldOf) {
 TEST(ClipTool, APlaneStaysWithinTheVolumesBox) {
     const Subject subject = subject_of(make_grid(glm::uvec3(64), glm::dvec3(1)));
     TestHand hand{subject};
-    hand.state.tab = Tab::clip;
+    hand.state.sections.set(Section::clips, true);
     set_crop_box(hand.state, subject.grid);
     const ClipHandle handle = clip_handles(hand.state, subject.grid, Panel::axial).front();
     for (const glm::dvec2 to : {glm::dvec2(-9999), glm::dvec2(9999)}) {

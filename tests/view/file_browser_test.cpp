@@ -166,10 +166,12 @@ TEST_F(Files, TheListLiesWhereTheXdgSpecificationSays) {
 TEST_F(Files, SettingsAreKeptAndADamagedFileIsTheDefaults) {
     const fs::path path = file("deep/view.json");
     EXPECT_EQ(load_settings(path), Settings());
-    const Settings liked{true, 1.5};
+    Settings liked{true, 1.5, 311.0};
+    liked.sections.set(Section::clips, true);
+    liked.sections.set(Section::window, false);
     ASSERT_TRUE(save_settings(path, liked));
     EXPECT_EQ(load_settings(path), liked);
-    for (const char* text : {"", "{", "[]", R"({"light": 3, "text_scale": 1e9})"}) {
+    for (const char* text : {"", "{", "[]", R"({"light": 3, "text_scale": 1e9, "panel_px": 3})"}) {
         write("view.json", text);
         EXPECT_EQ(load_settings(file("view.json")), Settings()) << text;
     }

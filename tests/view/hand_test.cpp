@@ -362,7 +362,7 @@ TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
     press("shape", 0.0, -0.25); // the third of four rows
     EXPECT_EQ(state().stylus.shape, TipShape::cylinder);
     // A clip plane through the crosshair looks at the eye; its handle is pushed away from it.
-    click_widget("tab/clip");
+    show("clips");
     click_widget("clip/add");
     const ClipPlane before = state().notes.clip_planes.at(0);
     const Widget3d handle = palette_of(state()).back();

@@ -113,9 +113,10 @@ TEST(LabelImport, OtherSamplesComeByTheNearestAndSayIt) {
 class FilesBeside : public ViewerTest {
  protected:
     void open_labels(const std::string& name) { open_beside("labels", "labels/open", name); }
-    void open_fused(const std::string& name) { open_beside("view", "slices/open", name); }
-    void open_beside(const std::string& tab, const std::string& button, const std::string& name) {
-        click_widget("tab/" + tab);
+    void open_fused(const std::string& name) { open_beside("slices", "slices/open", name); }
+    void open_beside(const std::string& section, const std::string& button,
+                     const std::string& name) {
+        show(section);
         click_widget(button);
         frame({});
         click_widget("browser/path", 0.5);
@@ -175,7 +176,7 @@ TEST_F(FilesBeside, TakeThePlaceOfWhatIsThere) {
     EXPECT_EQ(viewer().work().name_of_label(2), "2 heart");
     key("z", {.ctrl = true});
     frame({});
-    click_widget("tab/file");
+    show("appearance");
     click_widget("file/hide"); // which names of files are, too
     open_labels("atlas.nii");
     EXPECT_THAT(viewer().interface().message(), HasSubstr("labels read from the file"));

@@ -71,7 +71,7 @@ class MeshPulling : public ViewerTest {
             key("=");
         key("b");
         click(middle(Panel::axial));
-        click_widget("tab/segment");
+        show("mesh");
         click_widget("mesh/make");
         frame({});
         ASSERT_TRUE(viewer().work().mesh_pulling().mesh());
@@ -211,7 +211,7 @@ TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
 
 TEST_F(MeshPulling, OfNoSampleIsRefusedAndDropped) {
     open("synthetic:phantom?size=24", {900, 1000});
-    click_widget("tab/segment");
+    show("mesh");
     click_widget("mesh/make");
     frame({});
     EXPECT_FALSE(viewer().work().mesh_pulling().mesh());

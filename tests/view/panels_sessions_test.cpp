@@ -9,17 +9,35 @@ namespace {
 // 0.8128969 mm. The plot of the transfer function is 248 pixels wide and 150 high, for values from
 // -1041 to 1130.
 const RecordedSteps kSessions[] = {
-    {"tab_of_the_transfer_function", "widget tab/curve", R"({"tab": "curve"})"},
-    {"tab_and_back", "widget tab/measure; widget tab/view; widget tool/cut",
-     R"({"tab": "view", "tool": {"hand": "cut"}})"},
+    {"task_of_the_transfer_function", "section colours", R"({"task": "look"})"},
+    {"task_and_back", "widget task/measure; widget task/look; widget tool/cut",
+     R"({"task": "look", "tool": {"hand": "cut"}})"},
+    {"tasks", "widget task/segment; widget task/drill; widget task/export",
+     R"({"task": "export", "sections_open": ["files", "label_files", "steps"]})"},
+    {"section_folded", "widget section/volume; widget section/layout; widget section/layout",
+     R"({"sections_open": ["window", "labels_shown", "layout", "slices"],
+         "widgets": {"volume/mode": null}})"},
+    {"sections_of_a_task_stay_as_they_were",
+     "section clips; widget section/window; widget task/measure; widget task/look",
+     R"({"sections_open": ["volume", "labels_shown", "layout", "slices", "clips"]})"},
+    {"a_task_shows_the_hidden_panel", "key t; widget task/measure",
+     R"({"task": "measure", "tools_open": true})"},
+    {"panel_hidden_and_shown_by_the_bar", "widget panel/toggle; idle; widget panel/toggle",
+     R"({"tools_open": true})"},
+    {"panel_hidden_by_the_bar", "widget panel/toggle", R"({"tools_open": false})"},
+    {"panel_dragged", "at panel/width 3 200; drag left -60 0",
+     R"({"panels": {"axial": [46, 40, 237, 288]}})"},
+    {"drilling_is_found", "widget task/drill; widget drill/start",
+     R"({"hand": {"on": true, "armed": false, "first": "drill"}, "task": "drill"})"},
+    {"name_opens_another_work", "widget top/open", R"({"browser_open": true})"},
 
     {"measure_by_key", "key m", R"({"tool": {"hand": "measure"}, "measuring": {"kind": "ruler"}})"},
     {"measure_kinds_by_key", "key m; key m; key m", R"({"measuring": {"kind": "polygon"}})"},
     {"measure_kind_is_told", "key m; key m",
-     R"({"message": "measure: angle; click end, vertex, end", "tab": "view"})"},
+     R"({"message": "measure: angle; click end, vertex, end", "task": "look"})"},
     {"measure_kind_is_told_in_the_panel", "widget tool/measure",
      R"({"message": "measure: ruler; click or drag both ends"})"},
-    {"measure_kind_by_widget", "widget tab/measure; widget measure/sphere",
+    {"measure_kind_by_widget", "section measures; widget measure/sphere",
      R"({"tool": {"hand": "measure"}, "measuring": {"kind": "sphere"}})"},
     {"ruler", "key m; at axial -40 20; drag left 80 0",
      R"({"measures": [{"kind": "ruler", "length_mm": 65.03175378602833}], "undo_steps": 1,
@@ -56,170 +74,175 @@ const RecordedSteps kSessions[] = {
     {"deleted_by_key", "key m; at axial -40 20; drag left 80 0; key delete",
      R"({"measures": [], "measuring": {"selected": null}})"},
     {"deleted_by_widget",
-     "key m; at axial -40 20; drag left 80 0; widget tab/measure; widget "
+     "key m; at axial -40 20; drag left 80 0; section measures; widget "
      "measure/delete",
      R"({"measures": []})"},
     {"selected_in_the_list",
-     "key m; at axial -40 20; drag left 80 0; at axial -40 60; drag left 80 0; widget tab/measure; "
+     "key m; at axial -40 20; drag left 80 0; at axial -40 60; drag left 80 0; section measures; "
      "widget measure/row/0; widget measure/delete",
      R"({"measures": [{"length_mm": 65.03175378602833}]})"},
     {"measure_in_3d_is_a_click", "key m; at 3d 0 0; click left; at 3d 12 9; click left",
      R"({"measures": [{"kind": "ruler"}]})"},
     {"measure_in_3d_turns_by_drags", "key m; at 3d 0 0; drag left 40 0", R"({"measures": []})"},
-    {"measure_exports_nothing_in_a_script", "widget tab/measure; widget measure/export",
-     R"({"tab": "measure"})"},
+    {"measure_exports_nothing_in_a_script", "section measures; widget measure/export",
+     R"({"task": "measure"})"},
 
     {"labels_export_nothing_in_a_script",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/export",
-     R"({"tab": "labels", "label_counts": {"1": 1}})"},
+     "key b; at axial 10 20; click left; section label_files; widget labels/export",
+     R"({"task": "export", "label_counts": {"1": 1}})"},
     {"ruler_undone", "key m; at axial -40 20; drag left 80 0; hold ctrl; key z; let ctrl; idle",
      R"({"measures": [], "undo_steps": 0, "redo_steps": 1, "message": "undone: measures",
          "measuring": {"selected": null}})"},
     {"ruler_undone_and_redone",
      "key m; at axial -40 20; drag left 80 0; hold ctrl; key z; key y; let ctrl; idle",
      R"({"measures": [{"kind": "ruler", "length_mm": 65.03175378602833}], "undo_steps": 1})"},
-    {"labels_listed", "widget tab/labels", R"({"tab": "labels", "label_counts": {}})"},
-    {"label_counted", "key b; at axial 10 20; click left; widget tab/labels",
+    {"labels_listed", "section labels", R"({"task": "segment", "label_counts": {}})"},
+    {"label_counted", "key b; at axial 10 20; click left; section labels",
      R"({"label_counts": {"1": 1}})"},
-    {"label_hidden", "widget tab/labels; widget labels/visible/1",
+    {"label_hidden", "section labels; widget labels/visible/1",
      R"({"label_styles": {"1": {"visible": false}, "2": {"visible": true}}})"},
-    {"label_seen_alone", "widget tool/label 0.8; widget tab/labels; widget labels/one",
+    {"label_seen_alone", "section brush; widget tool/label 0.8; section labels; widget labels/one",
      R"({"label_styles": {"2": {"visible": true}}})"},
     {"label_found_by_its_name",
-     "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 40 20; click left; widget "
-     "tab/labels; widget labels/find; type 2; widget labels/row/2; key delete; widget "
+     "key b; at axial 10 20; click left; section brush; widget tool/label 0.8; at axial 40 20; "
+     "click left; section labels; widget labels/find; type 2; widget labels/row/2; key delete; "
+     "widget "
      "labels/lock/2",
      R"({"tool": {"label": 2}, "locked_labels": [2]})"},
     {"label_not_found_by_another_name",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/find; type x",
+     "key b; at axial 10 20; click left; section labels; widget labels/find; type x",
      R"({"tool": {"label": 1}, "widgets": {"labels/row/1": null}})"},
     {"new_label_is_listed_while_another_name_is_sought",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/find; type x; widget "
+     "key b; at axial 10 20; click left; section labels; widget labels/find; type x; widget "
      "labels/new; widget labels/row/2; widget labels/lock/2",
      R"({"tool": {"label": 2, "hand": "draw"}, "locked_labels": [2]})"},
-    {"label_locked", "widget tab/labels; widget labels/lock/1", R"({"locked_labels": [1]})"},
+    {"label_locked", "section labels; widget labels/lock/1", R"({"locked_labels": [1]})"},
     {"label_locked_and_undone",
-     "widget tab/labels; widget labels/lock/1; hold ctrl; key z; let ctrl; idle",
+     "section labels; widget labels/lock/1; hold ctrl; key z; let ctrl; idle",
      R"({"locked_labels": [], "redo_steps": 1, "message": "undone: label locks"})"},
     {"label_hidden_and_undone",
-     "widget tab/labels; widget labels/visible/1; hold ctrl; key z; let ctrl; idle",
+     "section labels; widget labels/visible/1; hold ctrl; key z; let ctrl; idle",
      R"({"label_styles": {"1": {"visible": true}}, "message": "undone: looks of labels"})"},
-    {"label_unlocked", "widget tab/labels; widget labels/lock/1; widget labels/lock/1",
+    {"label_unlocked", "section labels; widget labels/lock/1; widget labels/lock/1",
      R"({"locked_labels": []})"},
     {"locked_label_is_drawn_where_no_locked_label_lies",
-     "widget tab/labels; widget labels/lock/1; key b; at axial 10 20; click left",
+     "section labels; widget labels/lock/1; key b; at axial 10 20; click left",
      R"({"label_counts": {"1": 1}, "undo_steps": 2})"},
     {"locked_label_is_not_painted_over",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; widget tab/view; "
-     "widget tool/label 0.8; at axial 10 20; click left; at axial 40 20; click left",
+     "key b; at axial 10 20; click left; section labels; widget labels/lock/1; "
+     "section brush; widget tool/label 0.8; at axial 10 20; click left; at axial 40 20; click left",
      R"({"label_counts": {"1": 1, "2": 1}})"},
     {"locked_label_is_not_erased",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; key e; at axial "
+     "key b; at axial 10 20; click left; section labels; widget labels/lock/1; key e; at axial "
      "10 "
      "20; click left",
      R"({"label_counts": {"1": 1}})"},
     {"unlocked_label_is_painted_over",
-     "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 10 20; click left",
+     "key b; at axial 10 20; click left; section brush; widget tool/label 0.8; at axial 10 20; "
+     "click left",
      R"({"label_counts": {"2": 1}})"},
     {"label_above_255_is_drawn",
-     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 300; key enter; widget tool/draw; at "
+     "section brush; widget tool/label 0.2; hold ctrl; key a; let ctrl; type 300; key enter; "
+     "widget tool/draw; at "
      "axial 10 20; click left",
      R"({"tool": {"label": 300}, "label_counts": {"300": 1}, "undo_steps": 1})"},
     {"label_above_255_is_taken_back",
-     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 300; key enter; widget tool/draw; at "
+     "section brush; widget tool/label 0.2; hold ctrl; key a; let ctrl; type 300; key enter; "
+     "widget tool/draw; at "
      "axial 10 20; click left; hold ctrl; key z; let ctrl",
      R"({"tool": {"label": 300}, "label_counts": {"300": null}, "undo_steps": 0})"},
     {"label_65535_is_the_last",
-     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 70000; key enter",
+     "section brush; widget tool/label 0.2; hold ctrl; key a; let ctrl; type 70000; key enter",
      R"({"tool": {"label": 65535}})"},
     {"label_above_255_beside_a_locked_one",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; widget tab/view; "
-     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 65535; key enter; widget tool/draw; "
+     "key b; at axial 10 20; click left; section labels; widget labels/lock/1; "
+     "section brush; widget tool/label 0.2; hold ctrl; key a; let ctrl; type 65535; key enter; "
+     "widget tool/draw; "
      "at axial 10 20; click left; at axial 40 20; click left",
      R"({"label_counts": {"1": 1, "65535": 1}})"},
     {"label_named",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/name; type Liver",
+     "key b; at axial 10 20; click left; section labels; widget labels/name; type Liver",
      R"({"label_names": {"1": "Liver"}, "label_counts": {"1": 1}, "tool": {"hand": "draw"}})"},
     {"label_named_in_one_step_and_undone",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/name; type Liver; key "
+     "key b; at axial 10 20; click left; section labels; widget labels/name; type Liver; key "
      "enter; at axial 40 20; hold ctrl; key z; let ctrl; idle",
      R"({"label_names": {"1": null}, "undo_steps": 1, "message": "undone: label names"})"},
     {"label_named_and_found_by_it",
-     "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 40 20; click left; widget "
-     "tab/labels; widget labels/name; type spleen; widget labels/find; type SPL",
+     "key b; at axial 10 20; click left; section brush; widget tool/label 0.8; at axial 40 20; "
+     "click left; section labels; widget labels/name; type spleen; widget labels/find; type SPL",
      R"({"widgets": {"labels/row/1": null}, "label_names": {"2": "spleen"}})"},
     {"label_in_its_largest_piece",
-     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; widget tab/labels; widget "
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; section labels; widget "
      "labels/largest",
      R"({"label_counts": {"1": 5}, "undo_steps": 3})"},
     {"label_in_its_largest_piece_and_back",
-     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; widget tab/labels; widget "
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; section labels; widget "
      "labels/largest; hold ctrl; key z; let ctrl",
      R"({"label_counts": {"1": 6}, "undo_steps": 2})"},
     {"locked_label_keeps_its_pieces",
-     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; widget tab/labels; widget "
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; section labels; widget "
      "labels/lock/1; widget labels/largest",
      R"({"label_counts": {"1": 6}, "undo_steps": 3})"},
     {"label_with_a_hole",
      "key b; key =; key =; key =; key =; key =; key =; key =; key =; at axial 10 20; click left; "
-     "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; widget tab/labels",
+     "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; section labels",
      R"({"label_counts": {"1": 36}, "undo_steps": 2})"},
     {"label_with_its_hole_filled",
      "key b; key =; key =; key =; key =; key =; key =; key =; key =; at axial 10 20; click left; "
-     "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; widget "
-     "tab/labels; widget labels/fill",
+     "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; section labels; "
+     "widget labels/fill",
      R"({"label_counts": {"1": 37}, "undo_steps": 3})"},
     {"label_without_a_hole_stays",
-     "key b; at axial 10 20; click left; widget tab/labels; widget labels/fill; widget "
+     "key b; at axial 10 20; click left; section labels; widget labels/fill; widget "
      "labels/largest",
      R"({"label_counts": {"1": 1}, "undo_steps": 1})"},
     {"label_counts_follow_undo",
-     "key b; at axial 10 20; click left; hold ctrl; key z; let ctrl; widget tab/labels",
+     "key b; at axial 10 20; click left; hold ctrl; key z; let ctrl; section labels",
      R"({"label_counts": {}})"},
     {"middle_of_a_label",
-     "key b; at axial 40 20; click left; widget tab/labels; widget "
+     "key b; at axial 40 20; click left; section labels; widget "
      "labels/middle",
      R"({"crosshair_sample": [15, 13, 12]})"},
 
-    {"crop_box", "widget tab/clip; widget clip/box", R"({"clips": [{}, {}, {}, {}, {}, {}]})"},
-    {"crop_box_removed", "widget tab/clip; widget clip/box; widget clip/none", R"({"clips": []})"},
-    {"clip_plane_added", "widget tab/clip; widget clip/add", R"({"clips": [{}]})"},
-    {"clip_plane_removed", "widget tab/clip; widget clip/add; widget clip/remove",
+    {"crop_box", "section clips; widget clip/box", R"({"clips": [{}, {}, {}, {}, {}, {}]})"},
+    {"crop_box_removed", "section clips; widget clip/box; widget clip/none", R"({"clips": []})"},
+    {"clip_plane_added", "section clips; widget clip/add", R"({"clips": [{}]})"},
+    {"clip_plane_removed", "section clips; widget clip/add; widget clip/remove",
      R"({"clips": []})"},
     {"clip_planes_undone_step_by_step",
-     "widget tab/clip; widget clip/box; widget clip/none; hold ctrl; key z; let ctrl; idle",
+     "section clips; widget clip/box; widget clip/none; hold ctrl; key z; let ctrl; idle",
      R"({"clips": [{}, {}, {}, {}, {}, {}], "undo_steps": 1, "redo_steps": 1})"},
     {"clip_plane_through_the_crosshair",
-     "widget tab/clip; widget clip/box; widget clip/row/2; widget clip/here",
+     "section clips; widget clip/box; widget clip/row/2; widget clip/here",
      R"({"clips": [{}, {}, {"point_mm": [4.3478260869565215, 4.3478260869565215,
                                          4.3478260869565215]}, {}, {}, {}]})"},
     {"browser_by_key", "hold ctrl; key o; let ctrl", R"({"browser_open": true})"},
     {"browser_closed_by_escape", "hold ctrl; key o; let ctrl; key escape",
      R"({"browser_open": false})"},
-    {"browser_by_widget", "widget tab/file; widget file/open", R"({"browser_open": true})"},
-    {"light", "widget tab/file; widget file/light", R"({"light": true})"},
-    {"names_hidden", "widget tab/file; widget file/hide", R"({"names_hidden": true})"},
-    {"text_scale", "widget tab/file; widget file/text; widget file/text/1.5; idle",
+    {"browser_by_widget", "section files; widget file/open", R"({"browser_open": true})"},
+    {"light", "section appearance; widget file/light", R"({"light": true})"},
+    {"names_hidden", "section appearance; widget file/hide", R"({"names_hidden": true})"},
+    {"text_scale", "section appearance; widget file/text; widget file/text/1.5; idle",
      R"({"text_scale": 1.5})"},
-    {"steps_listed", "key x; at axial 10 20; click left; widget tab/file",
+    {"steps_listed", "key x; at axial 10 20; click left; section steps",
      R"({"steps": ["cut on volume"]})"},
     {"step_back_by_the_list",
-     "key x; at axial 10 20; click left; at axial 40 20; click left; widget tab/file; widget "
+     "key x; at axial 10 20; click left; at axial 40 20; click left; section steps; widget "
      "file/step/0",
      R"({"undo_steps": 0, "redo_steps": 2})"},
     {"step_forth_by_the_list",
-     "key x; at axial 10 20; click left; at axial 40 20; click left; widget tab/file; widget "
+     "key x; at axial 10 20; click left; at axial 40 20; click left; section steps; widget "
      "file/step/0; widget file/step/1",
      R"({"undo_steps": 1, "redo_steps": 1})"},
 
-    {"brush_in_the_labels_tab", "widget tab/labels; widget tool/draw",
-     R"({"tab": "labels", "tool": {"hand": "draw"}})"},
-    {"outline_in_the_labels_tab", "widget tab/labels; widget labels/outline",
+    {"brush_in_the_labels_tab", "section labels; widget tool/draw",
+     R"({"task": "segment", "tool": {"hand": "draw"}})"},
+    {"outline_in_the_labels_tab", "section labels; widget labels/outline",
      R"({"overlays": {"outline_px": 0}})"},
-    {"values_that_the_brush_is_confined_to", "widget tab/labels; widget labels/only",
+    {"values_that_the_brush_is_confined_to", "section brush; widget labels/only",
      R"({"tool": {"only_values": [-160, 240]}})"},
     {"values_of_the_brush_are_dragged",
-     "widget tab/labels; widget labels/only; at labels/to 20 8; drag left 100 0; widget "
+     "section brush; widget labels/only; at labels/to 20 8; drag left 100 0; widget "
      "labels/only",
      R"({"tool": {"only_values": null}})"},
     {"black_typed_above_white_keeps_the_width",
@@ -240,27 +263,27 @@ const RecordedSteps kSessions[] = {
      R"({"window": [3100, 3301], "message": "white stops at 3301: the limits of this volume are )"
      R"(-3212 .. 3301"})"},
     {"values_of_the_brush_typed_past_each_other",
-     "widget tab/labels; widget labels/only; at labels/from 12 8; double left; hold ctrl; key a; "
+     "section brush; widget labels/only; at labels/from 12 8; double left; hold ctrl; key a; "
      "let ctrl; type 300; key enter",
      R"({"tool": {"only_values": [300, 700]}})"},
     {"figure_setup",
-     "widget tab/file; widget file/figure; idle; widget figure/letters; widget figure/note; widget "
+     "section figure; idle; widget figure/letters; widget figure/note; widget "
      "figure/color_bar",
      R"({"figure": {"panel": "3d", "size": [1600, 1200], "paper": "white", "letters": false,
                     "scale_bar": true, "color_bar": true, "note": true}})"},
     {"figure_as_typed",
-     "widget tab/file; widget file/figure; idle; at figure/size 12 8; double left; "
+     "section figure; idle; at figure/size 12 8; double left; "
      "hold ctrl; key a; let ctrl; type 800; key enter",
      R"({"figure": {"size": [800, 1200]}})"},
     {"figure_that_goes_round",
-     "widget tab/file; widget file/figure; idle; at figure/pictures 12 8; double left; "
+     "section figure; idle; at figure/pictures 12 8; double left; "
      "hold ctrl; key a; let ctrl; type 36; key enter",
      R"({"figure": {"pictures": 36}})"},
-    {"a_script_writes_no_figure", "widget tab/file; widget file/figure; idle; widget figure/write",
-     R"({"tab": "file", "undo_steps": 0})"},
+    {"a_script_writes_no_figure", "section figure; idle; widget figure/write",
+     R"({"task": "export", "undo_steps": 0})"},
 
-    {"transfer_of_the_hand", "widget tab/curve; widget transfer/felt",
-     R"({"tab": "curve", "touch": {"opacity_points": 4}})"},
+    {"transfer_of_the_hand", "section colours; widget transfer/felt",
+     R"({"task": "look", "touch": {"opacity_points": 4}})"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Panels, RecordedSession, ::testing::ValuesIn(kSessions), name_of_session);
@@ -272,7 +295,7 @@ class TransferPanel : public ViewerTest {
     void SetUp() override {
         ViewerTest::SetUp();
         open("synthetic:phantom?size=24");
-        click_widget("tab/curve");
+        show("colours");
         low_ = viewer().work().subject().range.min;
         high_ = viewer().work().subject().range.max;
     }
@@ -351,7 +374,7 @@ class IsoPanel : public TransferPanel {
 };
 
 TEST_F(IsoPanel, SkinAndBoneAreOneClickAndARowEach) {
-    click_widget("tab/view");
+    show("volume");
     click_widget("iso/skin_and_bone");
     const Scene& scene = viewer().work().session().scene();
     ASSERT_EQ(scene.ray_cast->mode, RayMode::iso);
@@ -373,7 +396,7 @@ TEST_F(IsoPanel, SkinAndBoneAreOneClickAndARowEach) {
 }
 
 TEST_F(IsoPanel, TheNextClickInASliceAddsTheValueThere) {
-    click_widget("tab/view");
+    show("volume");
     click_widget("iso/skin_and_bone");
     frame({});
     click_widget("iso/point");

@@ -20,6 +20,7 @@ namespace palpate::view {
 //     drag BUTTON DX DY  from where the pointer is
 //     wheel N; type TEXT; key NAME; hold NAME; let NAME (a key, or shift, ctrl)
 //     widget ID [SHARE]  a click on a widget, at a share of its width
+//     section NAME       its task is taken, and it is opened
 //     resize W H (so much more than the bars take, with_bars()); drop FILE; close; idle
 struct RecordedSteps {
     const char* name;
@@ -128,6 +129,9 @@ class RecordedSession : public ViewerTest, public ::testing::WithParamInterface<
         } else if (word == "widget") {
             in >> first;
             click_widget(first, number());
+        } else if (word == "section") {
+            in >> first;
+            show(first);
         } else if (word == "resize") {
             const auto x = static_cast<uint32_t>(number());
             const glm::uvec2 size(x, static_cast<uint32_t>(number()));

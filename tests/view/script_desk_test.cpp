@@ -145,8 +145,8 @@ TEST_F(ScriptDeskTest, ARecordingOfTheWindowDoesTheSame) {
         turn(desk, {{.kind = Event::Kind::key, .down = true, .key = name}});
         turn(desk, {{.kind = Event::Kind::key, .key = name}});
     };
-    press_widget("tab/file");
-    press_widget("file/session"); // unfolds it
+    press_widget("task/export");
+    press_widget("section/session"); // unfolds it
     press_widget("session/record");
     EXPECT_EQ(state().scripts.recording, (folder / "session.jsonl").string());
     key_press("x");

@@ -135,7 +135,7 @@ TEST_F(SearchTest, EachSettingIsShown) {
         ASSERT_TRUE(has_widget(one.widget)) << one.title << ": " << one.widget;
         const Box box = viewer().interface().widgets().at(one.widget);
         EXPECT_GE(box.low_px.y, 0) << one.title;
-        EXPECT_LE(box.low_px.y + box.size_px.y, 800) << one.title;
+        EXPECT_LE(box.low_px.y + box.size_px.y, static_cast<int>(state().size_px.y)) << one.title;
     }
 }
 
@@ -193,10 +193,12 @@ TEST_F(SearchTest, EachTitleFindsItselfFirst) {
 TEST_F(SearchTest, EachWidgetHasAnExplanation) {
     open("synthetic:phantom?size=24", {1280, 2000});
     const char* const lists[] = {
-        "tool/",        "window/",         "preset/",       "file/recent/",    "file/step/",
-        "figure/",      "segment/method/", "segment/give/", "status/",         "iso/row/",
-        "labels/lock/", "labels/row/",     "labels/color/", "labels/visible/", "tab/",
-        "search/"};
+        "tool/",           "window/",      "preset/",         "file/recent/",
+        "file/step/",      "figure/",      "segment/method/", "segment/give/",
+        "status/",         "labels/lock/", "labels/row/",     "labels/color/",
+        "labels/visible/", "task/",        "search/",         "bar/",
+        "section/",        "top/",         "panel/",          "touch/plot/",
+        "iso/row/"};
     std::set<std::string> unexplained;
     const std::vector<Findable> all = findables(viewer().work().subject(), algorithm());
     for (const Findable& at : all) {

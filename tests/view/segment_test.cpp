@@ -11,14 +11,14 @@ namespace {
 // The phantom of sessions_test.cpp: the brain of 35 HU about its middle, bone of 1100 HU round it.
 // Pixels: 267 / 24 / 1.04 = 10.7 a sample.
 const RecordedSteps kSegmentSessions[] = {
-    {"segment_tab", "widget tab/segment", R"({"tab": "segment"})"},
+    {"segment_tab", "section method", R"({"task": "segment"})"},
     {"seed_key", "key q", R"({"tool": {"hand": "seed"}, "segment": {"brush": "inside"}})"},
-    {"seed_brush_outside", "widget tab/segment; widget segment/outside 0.05",
+    {"seed_brush_outside", "section seeds; widget segment/outside 0.05",
      R"({"tool": {"hand": "seed"}, "segment": {"brush": "outside"}})"},
-    {"segment_without_seeds_says_so", "widget tab/segment; widget segment/run",
+    {"segment_without_seeds_says_so", "section method; widget segment/run",
      R"({"undo_steps": 0, "segment": {"runs": false}})"},
     {"segment_by_fast_marching",
-     "key q; at axial 0 20; drag left 20 0; widget tab/segment; widget segment/run",
+     "key q; at axial 0 20; drag left 20 0; section method; widget segment/run",
      R"({"segment": {"method": "fast-marching", "runs": false}, "undo_steps": 2})"},
 };
 
@@ -49,7 +49,7 @@ class Segmentation : public ViewerTest {
         frame({});
     }
     void paint_outside() { // a dab in the air
-        click_widget("tab/segment");
+        show("method");
         click_widget("segment/outside", 0.05);
         move(middle(Panel::axial) + glm::dvec2(100, 0));
         button(true);
@@ -57,7 +57,7 @@ class Segmentation : public ViewerTest {
         frame({});
     }
     void choose(const char* method) {
-        click_widget("tab/segment");
+        show("method");
         click_widget("segment/methods");
         click_widget(fmt::format("segment/method/{}", method));
     }
@@ -118,7 +118,7 @@ TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
 }
 
-// Bounds of a result: on the slider of the tab.
+// Bounds of a result: on the slider of the method.
 class SegmentBound : public Segmentation {
  protected:
     // Leaves the button pressed.
@@ -136,7 +136,7 @@ class SegmentBound : public Segmentation {
 
 TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     paint_seeds();
-    click_widget("tab/segment");
+    show("method");
     click_widget("segment/run");
     frame({});
     ASSERT_TRUE(viewer().work().segmentation().strength());
@@ -188,7 +188,7 @@ TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
 // A place on the slider is one value, however often the bound has been dragged.
 TEST_F(SegmentBound, SliderKeepsItsEnds) {
     paint_seeds();
-    click_widget("tab/segment");
+    show("method");
     click_widget("segment/run");
     frame({});
     const auto drag_from_a_third = [&](double to_share) {
@@ -246,7 +246,7 @@ TEST_F(SegmentBound, IsOfferedWhereAFrontMeetsNoBoundary) {
     ASSERT_GT(drawn, 0u);
     paint_seeds();
     const size_t steps_before = steps();
-    click_widget("tab/segment");
+    show("method");
     click_widget("segment/give/rule");
     click_widget("segment/value/rule", 0.5);
     type_over("0"); // as printed: the cost, which is one
@@ -313,7 +313,7 @@ TEST_F(SegmentBound, UndoTakesABoundWithItsRun) {
 // A parameter that a person begins to give has the value that the method found.
 TEST_F(Segmentation, AParameterBeginsAtWhatWasFound) {
     paint_seeds();
-    click_widget("tab/segment");
+    show("method");
     frame({});
     click_widget("segment/give/threshold");
     EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"), 0.0);
@@ -340,7 +340,7 @@ TEST_F(Segmentation, AParameterBeginsAtWhatWasFound) {
 }
 
 TEST_F(Segmentation, EscapeClosesTheListOfMethods) {
-    click_widget("tab/segment");
+    show("method");
     click_widget("segment/methods");
     ASSERT_TRUE(viewer().interface().widgets().contains("segment/method/watershed"));
     key("escape");
@@ -360,9 +360,9 @@ TEST_F(Segmentation, LockedLabelsStay) {
     frame({});
     const size_t drawn = count_of(Work::kLabels, 1.0f);
     ASSERT_GT(drawn, 0u);
-    click_widget("tab/labels");
+    show("labels");
     click_widget("labels/lock/1");
-    click_widget("tab/segment");
+    show("method");
     paint_seeds();
     choose("region-growing");
     click_widget("segment/run");
@@ -378,6 +378,7 @@ TEST_F(Segmentation, ASeedKeepsTheNumberOfItsLabel) {
     for (const int label : {1, 255, 300, 65534}) {
         SCOPED_TRACE(label);
         open("synthetic:phantom?size=24");
+        show("brush");
         click_widget("tool/label", 0.2);
         type_over(std::to_string(label).c_str());
         key("enter");
@@ -400,7 +401,7 @@ TEST_F(Segmentation, ASeedKeepsTheNumberOfItsLabel) {
 
 TEST_F(Segmentation, ClearsSeeds) {
     paint_seeds();
-    click_widget("tab/segment");
+    show("method");
     click_widget("segment/clear");
     frame({});
     EXPECT_EQ(count_of(Work::kSeeds, 1.0f), 0u);

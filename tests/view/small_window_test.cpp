@@ -1,6 +1,7 @@
 // Texts over the views of windows that have little room for them.
 
 #include <gtest/gtest.h>
+#include <imgui/imgui.h>
 
 #include <algorithm>
 
@@ -69,34 +70,93 @@ TEST_F(SmallWindow, NoTextOfAViewCoversAnother) {
         EXPECT_EQ(count(panel, "W "), 1u); // where there is room
 }
 
-// All buttons of the tool bar can be pressed, in every window and with all letters.
-TEST_F(SmallWindow, ToolsLieWithinTheirBarAndApart) {
-    for (const glm::uvec2 size :
-         {kSmallestWindow_px, glm::uvec2(1280, 720), glm::uvec2(3840, 2160)})
-        for (const double text_scale : {1.0, 1.5, 2.0}) {
-            SCOPED_TRACE(fmt::format("{} x {} at {}", size.x, size.y, text_scale));
-            open_window(Source{open_synthetic("synthetic:ball?size=8")}, size, {}, {}, text_scale);
-            const Box bar = places_of(state()).bar;
-            std::vector<Box> buttons;
-            for (const Tool* tool : tools())
-                if (tool->title)
-                    buttons.push_back(
-                        viewer().interface().widgets().at(fmt::format("tool/{}", tool->name)));
-            buttons.push_back(viewer().interface().widgets().at("bar/picture"));
-            for (size_t i = 0; i < buttons.size(); ++i) {
-                const glm::ivec2 low = buttons[i].low_px, high = low + buttons[i].size_px;
-                EXPECT_TRUE(bar.holds(glm::dvec2(low)) && bar.holds(glm::dvec2(high - 1)));
-                EXPECT_GE(buttons[i].size_px.x, 18); // large enough to be met by a mouse
-                EXPECT_EQ(buttons[i].size_px.x, buttons[i].size_px.y);
-                const int above = i > 0 ? buttons[i - 1].low_px.y + buttons[i - 1].size_px.y : 0;
-                EXPECT_GE(low.y, above);
+// Windows of several sizes, letters of several sizes, and all sections of the side panel open.
+class Layouts : public ViewerTest {
+ protected:
+    template <class Each>
+    void in_all(const Each& each) {
+        Settings settings;
+        for (const SectionEntry& section : sections())
+            settings.sections.set(section.section, true);
+        set_settings(settings);
+        for (const glm::uvec2 size : {kSmallestWindow_px, glm::uvec2(1280, 720),
+                                      glm::uvec2(1920, 1080), glm::uvec2(3840, 2160)})
+            for (const double text_scale : {1.0, 1.5, 2.0}) {
+                SCOPED_TRACE(fmt::format("{} x {} at {}", size.x, size.y, text_scale));
+                open_window(Source{open_synthetic("synthetic:phantom?size=8")}, size, {}, {},
+                            text_scale);
+                each();
+            }
+    }
+    Box box(const std::string& id) { return viewer().interface().widgets().at(id); }
+    static bool overlap(const Box& a, const Box& b) {
+        const glm::ivec2 low = glm::max(a.low_px, b.low_px),
+                         high = glm::min(a.low_px + a.size_px, b.low_px + b.size_px);
+        return low.x < high.x && low.y < high.y;
+    }
+    static bool lies_within(const Box& inner, const Box& outer) {
+        return outer.holds(glm::dvec2(inner.low_px)) &&
+               outer.holds(glm::dvec2(inner.low_px + inner.size_px - 1));
+    }
+};
+
+// All buttons of the bars can be pressed.
+TEST_F(Layouts, ButtonsOfTheBarsLieWithinThemAndApart) {
+    in_all([&] {
+        const Places places = places_of(state());
+        std::vector<std::string> tools_ids{"bar/picture"},
+            top_ids{"tool/undo", "tool/redo", "tool/save", "panel/toggle"};
+        for (const Tool* tool : tools())
+            if (tool->title)
+                tools_ids.push_back(fmt::format("tool/{}", tool->name));
+        for (const char* maybe : {"top/open", "task", "task/look", "task/segment", "task/measure",
+                                  "task/drill", "task/export"})
+            if (viewer().interface().widgets().count(maybe))
+                top_ids.emplace_back(maybe);
+        for (const auto& [ids, bar] :
+             {std::pair(tools_ids, places.bar), std::pair(top_ids, places.top)})
+            for (size_t i = 0; i < ids.size(); ++i) {
+                EXPECT_TRUE(lies_within(box(ids[i]), bar)) << ids[i];
+                EXPECT_GE(box(ids[i]).size_px.x, 18) << ids[i]; // a mouse meets it
+                EXPECT_GE(box(ids[i]).size_px.y, 16) << ids[i];
+                for (size_t j = 0; j < i; ++j)
+                    EXPECT_FALSE(overlap(box(ids[i]), box(ids[j]))) << ids[i] << " " << ids[j];
+            }
+    });
+}
+
+// No widget of a task covers another one, or is cut off at the right, with its words.
+TEST_F(Layouts, WidgetsOfThePanelLieWithinItAndApart) {
+    in_all([&] {
+        for (const WindowTask task : kTasks) {
+            take_task(task);
+            frame({});
+            const Places places = places_of(state());
+            // Double letters in the smallest window leave less than the narrowest panel.
+            if (places.tools.size_px.x < kNarrowestPanel_px * state().text_scale)
+                continue;
+            std::vector<std::pair<std::string, Box>> all;
+            for (const auto& [id, place] : viewer().interface().widgets())
+                if (place.low_px.x >= places.tools.low_px.x && place.low_px.y > 0 &&
+                    !lies_within(place, places.top) && !lies_within(place, places.status) &&
+                    id != "panel/width")
+                    all.emplace_back(id, place);
+            EXPECT_GE(all.size(), 5u) << name_of(task);
+            const int right = places.tools.low_px.x + places.tools.size_px.x -
+                              static_cast<int>(ImGui::GetStyle().ScrollbarSize);
+            for (size_t i = 0; i < all.size(); ++i) {
+                const auto& [id, place] = all[i];
+                EXPECT_LE(place.low_px.x + place.size_px.x, right) << id;
+                for (size_t j = 0; j < i; ++j)
+                    EXPECT_FALSE(overlap(place, all[j].second)) << id << " " << all[j].first;
             }
         }
+    });
 }
 
 TEST_F(SmallWindow, NorDoLargeLetters) {
     open_far_away({1280, 800});
-    click_widget("tab/file");
+    show("appearance");
     click_widget("file/text");
     click_widget("file/text/2");
     frame({});

@@ -52,7 +52,7 @@ TEST_F(TouchPanel, ThePanelOfTouchCoversNeitherToolsNorViews) {
             return Box{viewer().interface().widgets().at(widget).low_px, {1, 1}};
         };
         EXPECT_TRUE(covers(corner("touch/device")));
-        EXPECT_FALSE(covers(corner("tab/view")));
+        EXPECT_FALSE(covers(corner("panel/width")));
     };
     const Box tools = places_of(state()).tools;
     const auto pixels_of_tools = [&](const Image& image) {
@@ -71,11 +71,11 @@ TEST_F(TouchPanel, ThePanelOfTouchCoversNeitherToolsNorViews) {
     EXPECT_EQ(places_of(state()).tools, tools);
     EXPECT_TRUE(pixels_of_tools(viewer().capture()) == before);
     expect_apart();
-    click_widget("tab/file");
+    show("appearance");
     click_widget("file/text");
     click_widget("file/text/2");
     frame({});
-    click_widget("tab/view");
+    show("window");
     expect_apart();
     frame({{.kind = Event::Kind::resize, .size_px = kSmallestWindow_px}});
     frame({});

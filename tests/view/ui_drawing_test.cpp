@@ -69,7 +69,7 @@ TEST_F(UiDrawingTest, ChangesUponTheFrameBeforeLookAsIfAllWereDrawn) {
     key("escape");
     expect_the_same("keys hidden");
     for (const char* scale : {"file/text/1.5", "file/text/1"}) { // all is drawn by another drawing
-        click_widget("tab/file");
+        show("appearance");
         click_widget("file/text");
         click_widget(scale);
         expect_the_same(scale);

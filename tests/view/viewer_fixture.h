@@ -56,6 +56,7 @@ class ViewerTest : public ::testing::Test {
                      double text_scale = 1.0) {
         time_s_ = 1.0;
         ViewerOptions options{.threaded = false, .display = display};
+        options.settings = settings_;
         options.hand = std::move(hand);
         options.open = [](const std::string& path, const std::string&, const std::stop_token&,
                           const std::function<void(double)>&) -> Result<Source> {
@@ -75,6 +76,7 @@ class ViewerTest : public ::testing::Test {
         frame({});
     }
     void set_preview(SeriesPreviews::Read read) { preview_ = std::move(read); } // before open()
+    void set_settings(const Settings& settings) { settings_ = settings; }       // before open()
     using ReadBeside = std::function<Result<LoadedVolume>(const std::string& path, bool labels)>;
     void set_beside(ReadBeside read) { beside_ = std::move(read); } // before open()
     Viewer& viewer() { return *viewer_; }
@@ -102,14 +104,18 @@ class ViewerTest : public ::testing::Test {
         frame({{.kind = Event::Kind::key, .modifiers = held, .down = true, .key = name}});
         frame({{.kind = Event::Kind::key, .modifiers = held, .key = name}});
     }
+    static bool is_of_the_top_bar(const std::string& id) {
+        return id.starts_with("task") || id.starts_with("top/") || id.starts_with("panel/") ||
+               id == "tool/undo" || id == "tool/redo" || id == "tool/save";
+    }
     // Turns the wheel over the side panel, or that of touch, until a widget can be seen there.
     void reveal(const std::string& id) {
         const auto& widgets = viewer_->interface().widgets();
         for (int turns = 0; turns < 60 && widgets.count(id); ++turns) {
             const Box box = widgets.at(id);
             const Places places = places_of(state());
-            if (box.low_px.x < places.bar.size_px.x)
-                return; // nothing of the bar is ever hidden
+            if (box.low_px.x < places.bar.size_px.x || is_of_the_top_bar(id))
+                return; // nothing of the bars is ever hidden
             const Box panel = places.tools.low_px.x <= box.low_px.x ? places.tools : places.touch;
             const int middle = box.low_px.y + box.size_px.y / 2;
             const double up = panel.low_px.y - middle,
@@ -120,6 +126,25 @@ class ViewerTest : public ::testing::Test {
             frame({{.kind = Event::Kind::wheel, .wheel = {0.0, up > 0.0 ? 1.0 : -1.0}}});
             frame({});
         }
+    }
+    // By its word in the bar at the top, or from the list that a narrow bar has.
+    void take_task(WindowTask task) {
+        const std::string id = fmt::format("task/{}", name_of(task));
+        if (!viewer_->interface().widgets().count(id)) {
+            click_widget("task");
+            frame({});
+        }
+        click_widget(id);
+        frame({});
+    }
+    // Takes the task of a section of the side panel, and opens the section.
+    void show(const std::string& name) {
+        const SectionEntry* section = find_section(name);
+        ASSERT_TRUE(section) << name;
+        take_task(section->task);
+        if (!is_shown(state(), section->section))
+            click_widget("section/" + name);
+        frame({});
     }
     void click_widget(const std::string& id, double across = 0.0) {
         const auto& widgets = viewer_->interface().widgets();
@@ -151,6 +176,7 @@ class ViewerTest : public ::testing::Test {
  private:
     std::optional<Viewer> viewer_;
     SeriesPreviews::Read preview_;
+    Settings settings_;
     ReadBeside beside_;
     std::optional<EditState> state_;
     double time_s_ = 1.0;

@@ -256,7 +256,7 @@ TEST_F(ViewerTest, SeriesOfAFolderHavePictures) {
     source.scene.loaded.series = {{1, 2, "CT", "head", "9 images of 8 x 8", "1.2.3", true},
                                   {2, 2, "CT", "leg", "7 images of 8 x 8", "1.2.4", false}};
     open_scene(std::move(source), {800, 600});
-    click_widget("tab/file");
+    show("files");
     EXPECT_EQ(read, 0); // the chooser is closed
     click_widget("file/pictures");
     frame({});
@@ -284,18 +284,20 @@ TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
         source.scene.loaded.series = {{1, 2, "CT", description, "9 images of 8 x 8", "1.2.3", true},
                                       {2, 2, "CT", "leg", "7 images of 8 x 8", "1.2.4", false}};
         open_scene(std::move(source), {800, 600});
-        click_widget("tab/file");
-        if (hidden)
+        if (hidden) {
+            show("appearance");
             click_widget("file/hide");
+        }
+        show("files");
         click_widget(list);
         frame({});
         return viewer().shot().value().samples;
     };
-    for (const char* list : {"file/pictures", "tab/file"}) {
+    for (const char* list : {"file/pictures", "task/export"}) {
         EXPECT_EQ(shot("Doe, John", true, list), shot("o' brain', 2 images of", true, list));
         EXPECT_NE(shot("Doe, John", false, list), shot("o' brain', 2 images of", false, list));
     }
-    shot("o' brain', 2 images of", false, "tab/file");
+    shot("o' brain', 2 images of", false, "task/export");
     const SeriesInfo& first = viewer().work().series()[0];
     EXPECT_EQ(series_text(first, false), "CT 'o' brain', 2 images of', 9 images of 8 x 8");
     EXPECT_EQ(series_text(first, true), "CT, 9 images of 8 x 8");
@@ -381,7 +383,7 @@ TEST_F(ViewerTest, TheListOfLabelsIsAsHighAsItsRows) {
     click(middle(Panel::axial) + glm::dvec2(10, 20));
     for (uint32_t label = 2; label <= 40; ++label)
         note_name(label, "organ");
-    click_widget("tab/labels");
+    show("labels");
     const auto foot = [&] {
         const Box box = viewer().interface().widgets().at("labels/middle");
         return box.low_px.y + box.size_px.y;
@@ -417,7 +419,7 @@ TEST_F(ViewerTest, NamesThatDifferAtTheirEndsLookDifferent) {
     const auto labels = [&](const char* name) {
         open("synthetic:phantom?size=24");
         note_name(24, name);
-        click_widget("tab/labels");
+        show("labels");
         EXPECT_TRUE(viewer().interface().widgets().count("labels/row/24"));
         return viewer().shot().value().samples;
     };

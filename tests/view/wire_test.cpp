@@ -171,7 +171,7 @@ TEST_F(Wire, EscapeDropsIt) {
 
 const RecordedSteps kWireSessions[] = {
     {"wire_key", "key u", R"({"tool": {"hand": "wire"}, "segment": {"wire_samples": 0}})"},
-    {"wire_in_the_panel", "widget tab/segment; widget segment/wire 0.05",
+    {"wire_in_the_panel", "section wire; widget segment/wire 0.05",
      R"({"tool": {"hand": "wire"}})"},
     {"wire_is_begun", "key u; at axial -40 0; click left",
      R"({"segment": {"wire_samples": 1}, "undo_steps": 0})"},

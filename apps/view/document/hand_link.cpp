@@ -199,7 +199,7 @@ void HandLink::move_things(ViewState& state) {
         return;
     }
     if (!mesh) {
-        document_.tell("there is no mesh to pull: the tab segment makes one of a label");
+        document_.tell("there is no mesh to pull: the task Segment makes one of a label");
     } else if (pull_) {
         mesh->pull(pull_->held_mm + now->probe.position_mm - pull_->from_mm);
     } else if (const auto met = mesh->near(now->proxy.position_mm, state.radius_mm)) {

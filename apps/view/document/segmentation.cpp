@@ -140,7 +140,7 @@ std::string Segmentation::told_of(const SegmentJob& job, const SegmentDone& done
     for (const std::string& note : done.notes)
         told += (told.empty() ? "" : "; ") + note;
     if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)
-        return told + "; drag `bound` in the tab segment";
+        return told + "; drag `bound` in the task Segment";
     return done.labels.is_same_as(job.labels) ? "no sample changed; " + told : told;
 }
 

@@ -23,7 +23,7 @@ void Work::watch(const ViewState& state) {
     segmentation_.show(state);
     const EditState edit = edited();
     const Volume& grey = *edit.document.find(grey_name());
-    Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};
+    Figures::Wish wish{grey, grey, {}, {}, is_shown(state, Section::labels)};
     if (sample_count(grey.grid()) > kMostCounted)
         for (const Volume& level : loaded().coarser)
             if (sample_count(wish.counted.grid()) > kMostCounted)

@@ -10,20 +10,23 @@ enum class Icon : uint16_t {
     brush = 0xF0E3,
     camera = 0xF100,
     crosshair = 0xF1A4,
-    cube = 0xF1A7,
     cut = 0xF190,
+    down = 0xF140,
     eraser = 0xF1FE,
     eyedropper = 0xF20A,
+    left = 0xF141,
     polyline = 0xF561,
     redo = 0xF44F,
+    right = 0xF142,
     ruler = 0xF46D,
     save = 0xF193,
     target = 0xF4FE,
     undo = 0xF54D,
 };
 // All but none.
-constexpr Icon kIcons[] = {Icon::brush,  Icon::camera,     Icon::crosshair, Icon::cube, Icon::cut,
-                           Icon::eraser, Icon::eyedropper, Icon::polyline,  Icon::redo, Icon::ruler,
-                           Icon::save,   Icon::target,     Icon::undo};
+constexpr Icon kIcons[] = {Icon::brush,    Icon::camera, Icon::crosshair,  Icon::cut,
+                           Icon::down,     Icon::eraser, Icon::eyedropper, Icon::left,
+                           Icon::polyline, Icon::redo,   Icon::right,      Icon::ruler,
+                           Icon::save,     Icon::target, Icon::undo};
 
 } // namespace palpate::view

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -26,7 +27,10 @@ constexpr ImWchar kRanges[] = {0x20,   0x17F,  0x18F,  0x192,  0x1A0,  0x1B0,  0
 constexpr ImWchar kBoldRanges[] = {0x20,   0x17F,  0x370,  0x3FF,  0x400, 0x45F,
                                    0x2010, 0x2044, 0x2212, 0x2212, 0};
 constexpr double kIcon_px = 20.0;
-constexpr const char *kBold = "bold", *kIcon = "icons"; // names of fonts of the atlas
+constexpr double kTitle_px = 16.5; // of a line of letters of 12 pixels
+constexpr ImWchar kTitleRanges[] = {0x20, 0x7E, 0};
+// Names of fonts of the atlas.
+constexpr const char *kBold = "bold", *kIcon = "icons", *kTitle = "titles";
 
 ImFont* font_of(const char* name) {
     for (ImFont* font : ImGui::GetIO().Fonts->Fonts)
@@ -87,8 +91,10 @@ void load_letters(double text_scale) {
     } else {
         add_font(letters_file(), "letters", kLine_px * text_scale, kRanges);
     }
-    if (!bold_file().empty())
+    if (!bold_file().empty()) {
         add_font(bold_file(), kBold, kLine_px * text_scale, kBoldRanges);
+        add_font(bold_file(), kTitle, kTitle_px * text_scale, kTitleRanges);
+    }
     if (!icons_file().empty())
         add_font(icons_file(), kIcon, kIcon_px * text_scale, ranges_of_icons());
     fonts.Build();
@@ -97,6 +103,18 @@ void load_letters(double text_scale) {
 ImFont* bold_letters() {
     ImFont* const bold = font_of(kBold);
     return bold ? bold : ImGui::GetIO().Fonts->Fonts[0];
+}
+
+void draw_spaced(ImDrawList& list, ImVec2 left_middle, const char* title, ImU32 color) {
+    ImFont* const titles = font_of(kTitle);
+    ImFont* const font = titles ? titles : ImGui::GetIO().Fonts->Fonts[0];
+    const float spacing = std::round(font->FontSize / 16.0f);
+    ImVec2 at(left_middle.x, std::round(left_middle.y - 0.5f * font->FontSize));
+    for (const char* letter = title; *letter; ++letter) {
+        const auto code = static_cast<ImWchar>(std::toupper(static_cast<unsigned char>(*letter)));
+        font->RenderChar(&list, font->FontSize, at, color, code);
+        at.x += font->GetCharAdvance(code) + spacing;
+    }
 }
 
 bool draw_icon(ImDrawList& list, ImVec2 middle, float size_px, Icon icon, ImU32 color) {
@@ -122,7 +140,8 @@ void set_lengths(double text_scale) {
     style.FrameBorderSize = style.PopupBorderSize = 1.0f; // a field is hardly seen without a rim
     style.PopupRounding = style.FrameRounding = style.GrabRounding = 6.0f;
     style.ScrollbarRounding = 6.0f;
-    style.FramePadding = {6.0f, 1.0f};
+    style.FramePadding = {6.0f, 3.0f};
+    style.GrabMinSize = 13.0f; // the handle of a slider
     style.ItemSpacing = {8.0f, 4.0f};
     style.ScrollbarSize = 12.0f;
     style.ScaleAllSizes(static_cast<float>(text_scale));

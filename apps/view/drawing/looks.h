@@ -69,6 +69,9 @@ inline ImVec4 rgb_color(uint32_t rgb, float opacity = 1.0f) {
 void load_letters(double text_scale);
 ImFont* bold_letters(); // those of the text where the build has found no bold ones
 
+// Draws a title in small bold capitals, spaced, its middle at the height of the point. In ASCII.
+void draw_spaced(ImDrawList& list, ImVec2 left_middle, const char* title, ImU32 color);
+
 // Draws an icon of this size about a point. False: there is no such icon, or the build has found
 // no font of icons, and nothing is drawn.
 bool draw_icon(ImDrawList& list, ImVec2 middle, float size_px, Icon icon, ImU32 color);

@@ -238,7 +238,7 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
     if (here)
         choice.file = names ? typed_path(panel) : fs::path(panel.folder);
     if (!panel.error.empty())
-        ImGui::TextColored(accent(state), "%s", panel.error.c_str());
+        ImGui::TextColored(rgb_color(theme_of(state.light).danger), "%s", panel.error.c_str());
     const float room = ImGui::GetContentRegionAvail().x;
     if (ImGui::BeginChild("places", ImVec2(0.22f * room, 0.0f)))
         draw_places(ui, panel, choice);

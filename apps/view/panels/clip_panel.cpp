@@ -11,7 +11,7 @@
 namespace palpate::view {
 
 void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box) {
-    if (state.tab != Tab::clip)
+    if (!is_shown(state, Section::clips))
         return;
     const Grid& grid = work.subject().grid;
     list.PushClipRect(to_im(glm::dvec2(box.low_px)), to_im(glm::dvec2(box.low_px + box.size_px)),

@@ -1,24 +1,20 @@
-// The panel of the tab "file": what was opened last, looks, and the steps that were done.
+// Sections of files: what was opened last, and the steps that were done. And how the window looks.
 
 #include <imgui/imgui.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "apps/view/panels/export_panel.h"
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 
 namespace palpate::view {
 
-namespace {
-
 // Steps that were done, and below the present, dimmed, those that can be redone. A click goes
 // there.
-void draw_history(Widgets& ui, Work& work) {
+void draw_steps_section(Widgets& ui, Work& work) {
     const EditState edit = work.edited();
     const std::vector<std::string> titles = work.session().step_titles();
-    ImGui::TextDisabled("steps");
     const float row = ImGui::GetTextLineHeightWithSpacing();
     if (!ImGui::BeginChild("steps",
                            ImVec2(0.0f, std::max(ImGui::GetContentRegionAvail().y, 4 * row))))
@@ -45,9 +41,7 @@ void draw_history(Widgets& ui, Work& work) {
     ImGui::EndChild();
 }
 
-} // namespace
-
-void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work) {
+void draw_files_section(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work) {
     if (ImGui::Button("open..")) {
         state.browser_open = true;
         state.browsing = Browsing::documents;
@@ -57,7 +51,6 @@ void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& wo
     ui.button("save", "file/save", order::Save{});
     ImGui::SameLine();
     ui.button("picture", "file/picture", order::TakePicture{});
-    ui.check("hide names", "file/hide", state.names_hidden);
     if (!state.names_hidden && !panel.recent.empty()) {
         ImGui::TextDisabled("opened last");
         for (size_t i = 0; i < panel.recent.size(); ++i) {
@@ -73,17 +66,9 @@ void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& wo
         }
     }
     draw_series_list(ui, state, work);
-    if (ImGui::CollapsingHeader("Figure"))
-        draw_figure_panel(ui, panel.figure_file, state);
-    ui.note("file/figure");
-    if (ImGui::CollapsingHeader("Surface for print"))
-        draw_export_panel(ui, panel.mesh_file, state, work);
-    ui.note("file/print");
-    const bool has_session = ImGui::CollapsingHeader("Session");
-    ui.note("file/session");
-    if (has_session)
-        draw_session_panel(ui, panel.session_file, state);
-    ImGui::Separator();
+}
+
+void draw_appearance_section(Widgets& ui, ViewState& state) {
     ui.check("light", "file/light", state.light);
     ImGui::SameLine();
     constexpr double scales[] = {1.0, 1.25, 1.5, 2.0};
@@ -97,8 +82,7 @@ void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& wo
         ImGui::EndCombo();
     }
     ui.note("file/text");
-    ImGui::Separator();
-    draw_history(ui, work);
+    ui.check("hide names", "file/hide", state.names_hidden);
 }
 
 } // namespace palpate::view

@@ -125,6 +125,31 @@ void Interface::feed(const Event& event) {
     }
 }
 
+namespace {
+
+// The gaps round the views, and in them a thin frame round the view in use. Outside of pictures.
+void draw_frames(ImDrawList& list, const ViewState& state) {
+    if (!state.bars_open)
+        return;
+    const Theme& theme = theme_of(state.light);
+    const auto frame = [&](const Box& box, int thick_px, uint32_t rgb) {
+        const ImU32 color = ImGui::GetColorU32(rgb_color(rgb));
+        const glm::vec2 low(box.low_px - thick_px), high(box.low_px + box.size_px + thick_px);
+        const auto thick = static_cast<float>(thick_px);
+        list.AddRectFilled({low.x, low.y}, {high.x, low.y + thick}, color);
+        list.AddRectFilled({low.x, high.y - thick}, {high.x, high.y}, color);
+        list.AddRectFilled({low.x, low.y}, {low.x + thick, high.y}, color);
+        list.AddRectFilled({high.x - thick, low.y}, {high.x, high.y}, color);
+    };
+    for (const Places::View& view : places_of(state).views)
+        frame(view.box, kGap_px, theme.ground);
+    const std::optional<Panel> in_use = state.drag ? state.drag->panel : state.under;
+    if (const auto box = in_use ? box_of(state, *in_use) : std::nullopt)
+        frame(*box, state.text_scale < 1.5 ? 1 : kGap_px, theme.accent);
+}
+
+} // namespace
+
 void Widgets::note(const std::string& id) {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     places[id] = {{static_cast<int>(low.x), static_cast<int>(low.y)},
@@ -152,6 +177,16 @@ bool Widgets::button(const char* text, const std::string& id, Order one) {
     note(id);
     if (pressed)
         order(std::move(one));
+    return pressed;
+}
+
+bool Widgets::primary(const char* text, const std::string& id, const ViewState& state) {
+    const Theme& theme = theme_of(state.light);
+    ImGui::PushStyleColor(ImGuiCol_Button, rgb_color(theme.accent));
+    ImGui::PushStyleColor(ImGuiCol_Text, rgb_color(theme.on_accent));
+    const bool pressed = ImGui::Button(text);
+    ImGui::PopStyleColor(2);
+    note(id);
     return pressed;
 }
 
@@ -183,10 +218,11 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         ui_.pointed_out.clear();
     ui_.places.clear();
     texts_.clear();
+    draw_top_bar(ui_, state, work);
     draw_tool_bar(ui_, state);
     draw_side_panel(ui_, side_, state, work);
     draw_status(ui_, status_, state, work);
-    draw_touch_panel(ui_, touch_, state, work);
+    draw_touch_panel(ui_, side_.touch, state, work);
     draw_help(state);
     draw_search(ui_, search_, state, work);
     draw_questions(ui_, save_folder_, state, work);
@@ -194,6 +230,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     draw_series_chooser(ui_, previews_, state, work);
     draw_opening(ui_, state);
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
+    draw_frames(behind, state);
     for (const Places::View& view : places_of(state).views) {
         draw_marks(behind, state, work, view.panel, view.box,
                    pictures[static_cast<size_t>(view.panel)], texts_);

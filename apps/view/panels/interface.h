@@ -65,7 +65,6 @@ class Interface {
     Widgets ui_;
     SidePanel side_;
     StatusLine status_;
-    TouchPanel touch_;
     TypedText save_folder_{};
     Browser browser_;
     SearchBox search_;

@@ -50,39 +50,6 @@ bool has_part(const std::string& name, std::string_view part) {
            part.empty();
 }
 
-// From a file in the place of what is there; and to one, whose name says what: all labels, or the
-// surface of the one that is chosen.
-void draw_label_files(Widgets& ui, LabelPanel& panel, ViewState& state) {
-    ImGui::Separator();
-    if (ImGui::Button("labels of a file..")) {
-        state.browser_open = true;
-        state.browsing = Browsing::labels;
-    }
-    ui.note("labels/open");
-    name_file(ui, "labels/file", panel.file, "labels.nii.gz", "export", state);
-    ImGui::SameLine();
-    if (ImGui::Button("export"))
-        ui.order(order::ExportLabels{panel.file.data()});
-    if (ImGui::IsItemHovered())
-        ImGui::SetTooltip("%s",
-                          ".nii.gz, .nrrd, .mha: all labels\n"
-                          ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
-    ui.note("labels/export");
-}
-
-// The values that tools on labels are confined to: at first those of the window.
-void draw_only_values(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
-    bool only = state.only_values.has_value();
-    if (ImGui::Checkbox("only where values are", &only))
-        state.only_values = only ? std::optional(state.window) : std::nullopt;
-    ui.note("labels/only");
-    if (!state.only_values)
-        return;
-    const ValueRange range = work.subject().range;
-    const double low = range.min, high = std::max(low + 1e-3, double{range.max});
-    drag_ends(ui, ends, "labels", {"from", "to"}, *state.only_values, 0.0, {low, high}, work);
-}
-
 void draw_label_row(Widgets& ui, ViewState& state, Work& work, uint32_t label) {
     ImGui::PushID(static_cast<int>(label));
     ImGui::TableNextRow();
@@ -120,9 +87,12 @@ void draw_label_row(Widgets& ui, ViewState& state, Work& work, uint32_t label) {
     ImGui::TableNextColumn();
     const std::string name = numbered_name(state.notes, label);
     const float gap = ImGui::CalcTextSize(" ").x; // before its volume
+    const bool is_chosen = state.label == label;
+    ImGui::PushFont(is_chosen ? bold_letters() : ImGui::GetFont());
     const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
-    if (ImGui::Selectable(shown.c_str(), state.label == label) && label <= 65535)
+    if (ImGui::Selectable(shown.c_str(), is_chosen) && label <= 65535)
         state.label = static_cast<uint16_t>(label);
+    ImGui::PopFont();
     if (ImGui::IsItemHovered()) // the column may be narrower
         ImGui::SetTooltip("%s", name.c_str());
     ui.note(fmt::format("labels/row/{}", label));
@@ -163,6 +133,7 @@ void draw_label_figures(Widgets& ui, ViewState& state, Work& work) {
         state.label < known->label_counts.size() ? known->label_counts[state.label] : 0;
     ImGui::Separator();
     ImGui::PushID(state.label);
+    ImGui::AlignTextToFramePadding();
     ImGui::Text("label %u", unsigned{state.label});
     ImGui::SameLine();
     std::array<char, 128> name{};
@@ -197,11 +168,7 @@ void draw_label_figures(Widgets& ui, ViewState& state, Work& work) {
 
 } // namespace
 
-void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewState& state,
-                      Work& work) {
-    draw_tool_size(ui, state);
-    draw_only_values(ui, ends, state, work);
-    ImGui::Separator();
+void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& work) {
     draw_label_looks(ui, state, /*all=*/true);
     slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
     ui.note("labels/outline");
@@ -257,8 +224,25 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewStat
                 draw_label_row(ui, state, work, found[static_cast<size_t>(i)]);
         ImGui::EndTable();
     }
+    if (ImGui::SmallButton("labels of a file..")) { // in the place of what is there
+        state.browser_open = true;
+        state.browsing = Browsing::labels;
+    }
+    ui.note("labels/open");
     draw_label_figures(ui, state, work);
-    draw_label_files(ui, panel, state);
+}
+
+// To a file, whose name says what: all labels, or the surface of the one that is chosen.
+void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state) {
+    name_file(ui, "labels/file", panel.file, "labels.nii.gz", "export", state);
+    ImGui::SameLine();
+    if (ImGui::Button("export"))
+        ui.order(order::ExportLabels{panel.file.data()});
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s",
+                          ".nii.gz, .nrrd, .mha: all labels\n"
+                          ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
+    ui.note("labels/export");
 }
 
 } // namespace palpate::view

@@ -66,7 +66,7 @@ void draw_measure(Widgets& ui, ViewState& state, Work& work) {
         if (measured->values)
             draw_values(*measured->values, work.unit());
         if (!measured->note.empty())
-            ImGui::TextColored(ImVec4(1.0f, 0.75f, 0.4f, 1.0f), "%s", measured->note.c_str());
+            ImGui::TextColored(accent(state), "%s", measured->note.c_str());
     } else {
         ImGui::TextDisabled("measuring ..");
     }

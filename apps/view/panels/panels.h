@@ -7,6 +7,7 @@
 
 #include "apps/view/document/order.h"
 #include "apps/view/document/work.h"
+#include "apps/view/drawing/icons.h"
 #include "apps/view/panels/file_browser.h"
 #include "apps/view/window/state.h"
 
@@ -28,6 +29,8 @@ struct Widgets {
     // Where the last widget lies. Under the pointer it has the tooltip of widget_help().
     void note(const std::string& id);
     bool button(const char* text, const std::string& id, Order one); // whether it was pressed
+    // A filled button, the one of a section that is pressed most.
+    bool primary(const char* text, const std::string& id, const ViewState& state);
     void check(const char* text, const std::string& id, bool& is_on);
 };
 
@@ -45,11 +48,16 @@ struct FilesPanel {
     std::vector<std::string> recent{};
     TypedText figure_file{}, mesh_file{}, session_file{};
 };
+struct TouchPanel {
+    std::vector<std::string> devices{}; // as they were at a time
+    double devices_at_s = -1e9;
+};
 struct SidePanel {
     WindowEnds ends{};
     LabelPanel labels{};
     TypedText measures_file{};
     FilesPanel files{};
+    TouchPanel touch{};
     bool bound_held = false; // of a segmentation, in this frame
 };
 struct Browser {
@@ -66,10 +74,6 @@ struct SearchBox {
     size_t row = 0;        // of what is found
     bool was_open = false; // in the last frame
 };
-struct TouchPanel {
-    std::vector<std::string> devices{}; // as they were at a time
-    double devices_at_s = -1e9;
-};
 struct StatusLine {
     std::string message{};
     double told_s = -1e9; // when it came
@@ -80,19 +84,37 @@ struct StatusLine {
 };
 
 void draw_side_panel(Widgets& ui, SidePanel& panel, ViewState& state, Work& work);
-void draw_view_panel(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
+std::string samples_text(const Work& work); // how many samples, and how far apart
+
+// Sections of the side panel (window/sections.h).
+void draw_window_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
+void draw_volume_section(Widgets& ui, ViewState& state, Work& work);
 void draw_transfer_panel(Widgets& ui, ViewState& state, Work& work);
-void draw_label_panel(Widgets& ui, LabelPanel& panel, WindowEnds& ends, ViewState& state,
-                      Work& work);
-void draw_segment_panel(Widgets& ui, bool& bound_held, ViewState& state, Work& work);
-void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work);
+void draw_layout_section(Widgets& ui, ViewState& state);
+void draw_slices_section(Widgets& ui, ViewState& state, Work& work);
 void draw_clip_panel(Widgets& ui, ViewState& state, Work& work);
-void draw_files_panel(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work);
+void draw_stereo_section(Widgets& ui, ViewState& state);
+void draw_appearance_section(Widgets& ui, ViewState& state);
+void draw_brush_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
+void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& work);
+void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state);
+void draw_seeds_section(Widgets& ui, ViewState& state);
+void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& work);
+void draw_mesh_section(Widgets& ui, ViewState& state, Work& work);
+void draw_wire_section(Widgets& ui, ViewState& state);
+void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work);
+void draw_hand_section(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work);
+void draw_burr_section(Widgets& ui, ViewState& state, Work& work);
+void draw_feel_section(Widgets& ui, Work& work);
+void draw_forces_section(Widgets& ui, ViewState& state, Work& work);
+void draw_files_section(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work);
 void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state);
 void draw_session_panel(Widgets& ui, TypedText& file, ViewState& state);
+void draw_steps_section(Widgets& ui, Work& work);
 void draw_series_list(Widgets& ui, ViewState& state, Work& work);
 
 // Windows beside and over the views.
+void draw_top_bar(Widgets& ui, ViewState& state, Work& work);
 void draw_tool_bar(Widgets& ui, ViewState& state);
 void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& work);
 void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work);
@@ -110,7 +132,15 @@ void draw_opening(Widgets& ui, const ViewState& state);
 // for the button that writes it. `first` is offered.
 void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char* first,
                const char* button, ViewState& state);
-void draw_tool_size(Widgets& ui, ViewState& state); // of the one in the hand, and its kind
+struct IconButton {
+    std::string id{};
+    Icon icon = Icon::none;
+    std::string letters{}, tip{}; // letters: where the build has found no icons
+    float side_px = 0.0f;
+    bool is_chosen = false, is_possible = true;
+};
+// Draws it at the cursor; whether it was pressed.
+bool draw_icon_button(Widgets& ui, const IconButton& button, const ViewState& state);
 // Whether and how labels are seen; `all`: in 3D and at their edges, too.
 void draw_label_looks(Widgets& ui, ViewState& state, bool all);
 void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed);

@@ -44,29 +44,6 @@ double first_value(const MethodParameter& parameter, std::optional<double> found
     return std::clamp(value, parameter.least, parameter.most);
 }
 
-void draw_seed_brush(Widgets& ui, ViewState& state) {
-    constexpr std::pair<const char*, SeedBrush> brushes[] = {{"inside", SeedBrush::inside},
-                                                             {"outside", SeedBrush::outside},
-                                                             {"erase", SeedBrush::erase}};
-    for (const auto& [name, brush] : brushes) {
-        if (brush != SeedBrush::inside)
-            ImGui::SameLine();
-        const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
-        if (ImGui::RadioButton(name, is_it)) {
-            state.tool = &kSeedTool;
-            state.segmenting.brush = brush;
-        }
-        ui.note(fmt::format("segment/{}", name));
-    }
-    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
-    ui.note("segment/radius");
-    int label = state.label;
-    if (ImGui::InputInt("label", &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
-    ui.note("segment/label");
-    ui.button("clear seeds", "segment/clear", order::ClearSeeds{});
-}
-
 // One line a parameter: a box that says whether a person gives it, and its value.
 void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMethod& method) {
     ParameterValues& given = state.segmenting.given[method.name];
@@ -145,8 +122,66 @@ void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) 
     ui.order(order::Bound{});
 }
 
+} // namespace
+
+void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
+    if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
+        for (const SegmentMethod& method : segment_methods()) {
+            if (method.takes_curves)
+                continue; // the window has none
+            if (ImGui::Selectable(method.name, state.segmenting.method == method.name))
+                state.segmenting.method = method.name;
+            ui.note(fmt::format("segment/method/{}", method.name));
+            if (ImGui::IsItemHovered())
+                ImGui::SetTooltip("%s", method.purpose);
+        }
+        ImGui::EndCombo();
+    }
+    ui.note("segment/methods");
+    const SegmentMethod* method = find_segment_method(state.segmenting.method);
+    if (!method)
+        return;
+    hint(method->purpose);
+    draw_parameters(ui, state, work, *method);
+    if (const auto share = work.segmentation().share()) {
+        ImGui::ProgressBar(static_cast<float>(*share),
+                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
+        ImGui::SameLine();
+        ui.button("cancel", "segment/cancel", order::StopSegmenting{});
+    } else {
+        if (ui.primary("segment##run", "segment/run", state))
+            ui.order(order::Segment{});
+    }
+    draw_strength(ui, bound_held, state, work);
+}
+
+void draw_seeds_section(Widgets& ui, ViewState& state) {
+    constexpr std::pair<const char*, SeedBrush> brushes[] = {{"inside", SeedBrush::inside},
+                                                             {"outside", SeedBrush::outside},
+                                                             {"erase", SeedBrush::erase}};
+    for (const auto& [name, brush] : brushes) {
+        const float width = ImGui::CalcTextSize(name).x + 2.0f * ImGui::GetFrameHeight();
+        const float end = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+        if (brush != SeedBrush::inside && ImGui::GetItemRectMax().x + width < end)
+            ImGui::SameLine(); // else in a line of its own
+        const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
+        if (ImGui::RadioButton(name, is_it)) {
+            state.tool = &kSeedTool;
+            state.segmenting.brush = brush;
+        }
+        ui.note(fmt::format("segment/{}", name));
+    }
+    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
+    ui.note("segment/radius");
+    int label = state.label;
+    if (ImGui::InputInt("label", &label))
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
+    ui.note("segment/label");
+    ui.button("clear seeds", "segment/clear", order::ClearSeeds{});
+}
+
 // The mesh of a label, whose faces are pulled, and which becomes the label again.
-void draw_mesh_pulling(Widgets& ui, ViewState& state, Work& work) {
+void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
     if (const auto share = work.mesh_pulling().share()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
@@ -175,47 +210,7 @@ void draw_mesh_pulling(Widgets& ui, ViewState& state, Work& work) {
     hint("drag it in 3D or where a slice cuts it");
 }
 
-void draw_method(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
-    if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
-        for (const SegmentMethod& method : segment_methods()) {
-            if (method.takes_curves)
-                continue; // the window has none
-            if (ImGui::Selectable(method.name, state.segmenting.method == method.name))
-                state.segmenting.method = method.name;
-            ui.note(fmt::format("segment/method/{}", method.name));
-            if (ImGui::IsItemHovered())
-                ImGui::SetTooltip("%s", method.purpose);
-        }
-        ImGui::EndCombo();
-    }
-    ui.note("segment/methods");
-    const SegmentMethod* method = find_segment_method(state.segmenting.method);
-    if (!method)
-        return;
-    hint(method->purpose);
-    draw_parameters(ui, state, work, *method);
-    if (const auto share = work.segmentation().share()) {
-        ImGui::ProgressBar(static_cast<float>(*share),
-                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
-        ImGui::SameLine();
-        ui.button("cancel", "segment/cancel", order::StopSegmenting{});
-    } else {
-        ui.button("segment##run", "segment/run", order::Segment{});
-    }
-    draw_strength(ui, bound_held, state, work);
-}
-
-} // namespace
-
-void draw_segment_panel(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
-    if (ImGui::CollapsingHeader("Seeds", ImGuiTreeNodeFlags_DefaultOpen))
-        draw_seed_brush(ui, state);
-    if (ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
-        draw_method(ui, bound_held, state, work);
-    if (ImGui::CollapsingHeader("Mesh", ImGuiTreeNodeFlags_DefaultOpen))
-        draw_mesh_pulling(ui, state, work);
-    if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
-        return;
+void draw_wire_section(Widgets& ui, ViewState& state) {
     if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
         state.tool = &kWireTool;
     ui.note("segment/wire");

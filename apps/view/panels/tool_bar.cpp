@@ -33,34 +33,6 @@ BarLengths lengths_of(const Box& bar, double text_scale, size_t buttons, size_t 
     return all;
 }
 
-// Draws a button and moves on below it; whether it was pressed.
-bool draw_button(Widgets& ui, const std::string& id, Icon icon, const std::string& letters,
-                 const std::string& tip, float side, bool is_chosen, const ViewState& state) {
-    const Theme& theme = theme_of(state.light);
-    const ImVec2 low = ImGui::GetCursorScreenPos(), high(low.x + side, low.y + side);
-    const bool pressed = ImGui::InvisibleButton(id.c_str(), {side, side});
-    ui.note(id);
-    ImDrawList& list = *ImGui::GetWindowDrawList();
-    const bool is_under = ImGui::IsItemHovered();
-    const float rounding = ImGui::GetStyle().FrameRounding;
-    if (is_chosen || is_under)
-        list.AddRectFilled(low, high,
-                           ImGui::GetColorU32(rgb_color(is_chosen ? theme.accent : theme.line)),
-                           rounding);
-    const ImU32 color = ImGui::GetColorU32(rgb_color(is_chosen ? theme.on_accent : theme.text));
-    const ImVec2 middle(0.5f * (low.x + high.x), 0.5f * (low.y + high.y));
-    const auto size =
-        std::round(std::min(20.0f * static_cast<float>(state.text_scale), 0.8f * side));
-    if (!draw_icon(list, middle, size, icon, color)) {
-        const ImVec2 text = ImGui::CalcTextSize(letters.c_str());
-        list.AddText({std::round(middle.x - 0.5f * text.x), std::round(middle.y - 0.5f * text.y)},
-                     color, letters.c_str());
-    }
-    if (is_under)
-        ImGui::SetTooltip("%s", tip.c_str());
-    return pressed;
-}
-
 } // namespace
 
 void draw_tool_bar(Widgets& ui, ViewState& state) {
@@ -99,16 +71,26 @@ void draw_tool_bar(Widgets& ui, ViewState& state) {
         title[0] = static_cast<char>(std::toupper(title[0]));
         const std::string tip = fmt::format("{} ({})\n{}", title, key_of(tool), tool.help);
         ImGui::SetCursorScreenPos({left, top});
-        if (draw_button(ui, fmt::format("tool/{}", tool.name), tool.icon, title.substr(0, 2), tip,
-                        lengths.side, state.tool == &tool, state))
+        if (draw_icon_button(ui,
+                             {.id = fmt::format("tool/{}", tool.name),
+                              .icon = tool.icon,
+                              .letters = title.substr(0, 2),
+                              .tip = tip,
+                              .side_px = lengths.side,
+                              .is_chosen = state.tool == &tool},
+                             state))
             state.tool = &tool;
         top += lengths.side;
     }
     line();
     ImGui::SetCursorScreenPos({left, top});
-    if (draw_button(ui, "bar/picture", Icon::camera, "Pi",
-                    "Picture of the window (Ctrl+P)\na PNG in the current folder", lengths.side,
-                    false, state))
+    if (draw_icon_button(ui,
+                         {.id = "bar/picture",
+                          .icon = Icon::camera,
+                          .letters = "Pi",
+                          .tip = "Picture of the window (Ctrl+P)\na PNG in the current folder",
+                          .side_px = lengths.side},
+                         state))
         ui.order(order::TakePicture{});
     ImGui::End();
 }

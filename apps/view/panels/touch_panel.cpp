@@ -93,13 +93,16 @@ void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
     ImGui::SameLine();
     ImGui::BeginDisabled(!touch.running());
     const bool armed = touch.armed();
-    if (armed)
-        ImGui::PushStyleColor(ImGuiCol_Button, ImVec4(0.75f, 0.25f, 0.1f, 1.0f));
+    const Theme& theme = theme_of(state.light);
+    if (armed) {
+        ImGui::PushStyleColor(ImGuiCol_Button, rgb_color(theme.danger));
+        ImGui::PushStyleColor(ImGuiCol_Text, rgb_color(theme.panel));
+    }
     if (ImGui::Button(armed ? "disarm" : "arm"))
         ui.order(armed ? Order(order::DisarmHand{}) : order::ArmHand{});
     ui.note("touch/arm");
     if (armed)
-        ImGui::PopStyleColor();
+        ImGui::PopStyleColor(2);
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (!touch.running()) {
@@ -110,12 +113,13 @@ void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
     constexpr const char* modes[] = {"no force (Space arms)", "waits until free", "force comes",
                                      "force (Esc ends it)"};
     if (report.faults & kFaultLatched)
-        ImGui::TextColored(ImVec4(1.0f, 0.5f, 0.4f, 1.0f), "fault: %s",
-                           fault_text(report.faults).c_str());
+        ImGui::TextColored(rgb_color(theme.danger), "fault: %s", fault_text(report.faults).c_str());
     else
-        ImGui::TextUnformatted(modes[static_cast<size_t>(report.force)]);
+        ImGui::TextColored(
+            rgb_color(report.force == SoftStart::Mode::running ? theme.good : theme.text), "%s",
+            modes[static_cast<size_t>(report.force)]);
     if (report.faults & kFaultDamped)
-        ImGui::TextColored(ImVec4(1.0f, 0.8f, 0.4f, 1.0f), "the handle swings: damped");
+        ImGui::TextColored(rgb_color(theme.warning), "the handle swings: damped");
     if (!touch.by_pointer()) {
         WorkspaceSettings settings = work.session().workspace();
         if (slide("scale", settings.scale, 0.1, 20.0, "%.2f mm/mm", true))
@@ -132,7 +136,6 @@ void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
 }
 
 void draw_buttons(Widgets& ui, ViewState& state, const Work& work) {
-    ImGui::Separator();
     Stylus& stylus = state.stylus;
     const bool is_mouse = stylus.by_pointer || !stylus.on;
     choose_named(is_mouse ? "left button" : "button 0", stylus.first, kCarves);
@@ -162,7 +165,6 @@ void draw_buttons(Widgets& ui, ViewState& state, const Work& work) {
 }
 
 void draw_feel(Widgets& ui, Work& work) {
-    ImGui::Separator();
     TouchParameters p = work.session().parameters();
     const AlgorithmEntry* algorithm = find_algorithm(work.hand().touch().options().algorithm);
     if (!algorithm)
@@ -226,7 +228,6 @@ void draw_plots(Widgets& ui, const ViewState& state, Work& work) {
     const Touch& touch = work.hand().touch();
     if (!state.stylus.on)
         return;
-    ImGui::Separator();
     const auto plot = [&](const char* id, const std::vector<float>& values, float least, float most,
                           const char* format) {
         const auto [low, high] = std::minmax_element(values.begin(), values.end());
@@ -257,8 +258,37 @@ void draw_plots(Widgets& ui, const ViewState& state, Work& work) {
 
 } // namespace
 
+void draw_hand_section(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
+    const bool runs = work.hand().touch().running();
+    if (!runs && state.stylus.first != Carve::drill) {
+        if (ui.primary("drill", "drill/start", state)) {
+            state.stylus.first = Carve::drill;
+            begin_hand(state, work.subject());
+            ui.order(order::StartHand{});
+        }
+        hint("the left button, or the hand's first one, will drill");
+    }
+    draw_device(ui, panel, state, work);
+}
+
+void draw_burr_section(Widgets& ui, ViewState& state, Work& work) {
+    slide("burr", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
+    ui.note("drill/burr");
+    draw_buttons(ui, state, work);
+}
+
+void draw_feel_section(Widgets& ui, Work& work) {
+    draw_feel(ui, work);
+}
+
+void draw_forces_section(Widgets& ui, ViewState& state, Work& work) {
+    if (!state.stylus.on)
+        hint("they are drawn while a hand runs");
+    draw_plots(ui, state, work);
+}
+
 void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
-    if (!state.touch_open)
+    if (!has_touch_panel(state))
         return;
     const Box box = places_of(state).touch;
     place_window(box);
@@ -271,8 +301,12 @@ void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& wo
         ImGui::PushItemWidth(-std::min(ImGui::CalcTextSize("right button_").x,
                                        0.6f * ImGui::GetContentRegionAvail().x));
         draw_device(ui, panel, state, work);
+        ImGui::Separator();
         draw_buttons(ui, state, work);
+        ImGui::Separator();
         draw_feel(ui, work);
+        if (state.stylus.on)
+            ImGui::Separator();
         draw_plots(ui, state, work);
         ImGui::PopItemWidth();
     }

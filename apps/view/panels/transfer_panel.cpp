@@ -221,7 +221,7 @@ void draw_transfer_panel(Widgets& ui, ViewState& state, Work& work) {
     TransferEditing& editing = state.transfer;
     Scene scene = work.session().scene();
     if (!scene.ray_cast || scene.ray_cast->transfer.colors.empty()) {
-        ImGui::TextWrapped("Nothing is drawn by rays: choose a mode in the tab view.");
+        ImGui::TextWrapped("Nothing is drawn by rays: choose a mode above.");
         return;
     }
     RayCastLayer& layer = *scene.ray_cast;

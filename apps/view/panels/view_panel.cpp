@@ -1,4 +1,4 @@
-// The panel of the tab "view": the tool, how pictures are shown, and where.
+// Sections of the task "look": how pictures are shown, and where.
 
 #include <imgui/imgui.h>
 
@@ -14,51 +14,20 @@
 
 namespace palpate::view {
 
-void draw_tool_size(Widgets& ui, ViewState& state) {
-    if (state.tool->kind) {
-        ImGui::TextDisabled("%s: %s", state.tool->title, state.tool->kind(state).c_str());
-        ui.note("tool/kind");
-    }
-    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
-    ui.note("tool/radius");
-}
-
 void draw_label_looks(Widgets& ui, ViewState& state, bool all) {
     ui.check("shown", "labels/shown", state.labels_shown);
     if (all) {
         ImGui::SameLine();
         ui.check("in 3D", "labels/in_3d", state.labels_in_3d);
-        ImGui::SameLine();
         bool smooth = state.label_edges == LabelEdges::smooth;
-        ui.check("smooth", "labels/edges", smooth);
+        ui.check("smooth edges", "labels/edges", smooth);
         state.label_edges = smooth ? LabelEdges::smooth : LabelEdges::voxels;
     }
     slide("opacity", state.label_opacity, 0.0, 1.0, "%.2f");
     ui.note("labels/opacity");
 }
 
-namespace {
-
-void draw_tool(Widgets& ui, ViewState& state, Work& work) {
-    draw_tool_size(ui, state);
-    int label = state.label;
-    if (ImGui::InputInt("label", &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, 65535));
-    ui.note("tool/label");
-    const EditState edit = work.edited();
-    const auto button = [&](const char* name, bool possible, Order order) {
-        ImGui::BeginDisabled(!possible);
-        ui.button(name, fmt::format("tool/{}", name), std::move(order));
-        ImGui::EndDisabled();
-    };
-    button("undo", edit.undo_steps > 0, order::Undo{});
-    ImGui::SameLine();
-    button("redo", edit.redo_steps > 0, order::Redo{});
-    ImGui::SameLine();
-    button("save", true, order::Save{});
-}
-
-void draw_window(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
+void draw_window_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
     const Subject& subject = work.subject();
     const double low = subject.range.min, high = std::max(low + 1e-3, double{subject.range.max});
     const double room = high - low;
@@ -70,14 +39,17 @@ void draw_window(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
         const std::string name = fmt::format("{} {}", i + 1, subject.window_names[i]);
         if (i % 2 == 1)
             ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-        if (ImGui::Selectable(name.c_str(), state.window == subject.windows[i], 0,
-                              ImVec2(0.42f * ImGui::GetWindowWidth(), 0.0f)))
+        const bool is_chosen = state.window == subject.windows[i];
+        ImGui::PushFont(is_chosen ? bold_letters() : ImGui::GetFont());
+        const float width = 0.42f * ImGui::GetWindowWidth();
+        if (ImGui::Selectable(fitted(name, width).c_str(), is_chosen, 0, ImVec2(width, 0.0f)))
             state.window = subject.windows[i];
+        ImGui::PopFont();
         ui.note(fmt::format("window/{}", i + 1));
     }
 }
 
-void draw_volume(Widgets& ui, ViewState& state, Work& work) {
+void draw_volume_section(Widgets& ui, ViewState& state, Work& work) {
     Scene scene = work.session().scene();
     bool changed = false;
     if (scene.ray_cast) {
@@ -118,7 +90,7 @@ void draw_volume(Widgets& ui, ViewState& state, Work& work) {
         work.session().show(std::move(scene));
 }
 
-void draw_layout(Widgets& ui, ViewState& state) {
+void draw_layout_section(Widgets& ui, ViewState& state) {
     if (choose<Layout>("views", state.layout,
                        {{"three slices and 3D", Layout::four},
                         {"3D", Layout::volume},
@@ -136,7 +108,7 @@ void draw_layout(Widgets& ui, ViewState& state) {
     ui.check("notes", "layout/notes", state.notes_shown);
 }
 
-void draw_slices(Widgets& ui, ViewState& state, Work& work) {
+void draw_slices_section(Widgets& ui, ViewState& state, Work& work) {
     const double layer = smallest_spacing_mm(work.subject().grid);
     if (slide("thickness", state.slab_mm, 0.0, 100.0 * layer,
               state.slab_mm > 0.0 ? "%.3g mm" : "none"))
@@ -167,7 +139,7 @@ void draw_slices(Widgets& ui, ViewState& state, Work& work) {
     }
 }
 
-void draw_stereo(Widgets& ui, ViewState& state) {
+void draw_stereo_section(Widgets& ui, ViewState& state) {
     StereoView& stereo = state.stereo;
     ui.check("both eyes", "stereo/on", stereo.on);
     if (!stereo.on) {
@@ -195,28 +167,6 @@ void draw_stereo(Widgets& ui, ViewState& state) {
     if (slide("depth", percent, 0.2, 20.0, "%.1f %%", true))
         stereo.separation = percent / 100.0;
     ui.note("stereo/depth");
-}
-
-} // namespace
-
-void draw_view_panel(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work) {
-    const auto section = [](const char* name) {
-        return ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
-    };
-    if (section("Tool"))
-        draw_tool(ui, state, work);
-    if (section("Window"))
-        draw_window(ui, ends, state, work);
-    if (section("Volume"))
-        draw_volume(ui, state, work);
-    if (section("Labels"))
-        draw_label_looks(ui, state, /*all=*/false);
-    if (section("Layout"))
-        draw_layout(ui, state);
-    if (section("Slices"))
-        draw_slices(ui, state, work);
-    if (section("Stereo"))
-        draw_stereo(ui, state);
 }
 
 } // namespace palpate::view

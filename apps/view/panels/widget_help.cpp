@@ -189,7 +189,7 @@ constexpr WidgetHelp kHelp[] = {
     {"file/save", "save to a project folder", "volume, labels, names, measures and steps", "store"},
     {"file/picture", "picture of the window", "writes a PNG into the current folder",
      "screenshot snapshot capture"},
-    {"file/session", "record and play a session",
+    {"section/session", "record and play a session",
      "writes what you do to a script, and does it again", "macro replay demo tutorial"},
     {"session/file", "file of the session", "a script, JSON lines", "", false},
     {"session/file/choose", "folder of the session", "chooses the script", "", false},
@@ -200,7 +200,7 @@ constexpr WidgetHelp kHelp[] = {
     {"session/speed", "speed of playing", "how much faster than it was recorded", "", false},
     {"file/hide", "hide names", "leaves out whatever may hold a patient's name",
      "anonymous privacy patient"},
-    {"file/print", "surface for print",
+    {"section/print", "surface for print",
      "writes an iso-surface or a label as STL, PLY, OBJ or VTP, simplified, scaled, hollow",
      "export mesh 3D printing STL model"},
     {"export/of", "surface to write", "an iso-surface of the list, or the label that is chosen", "",
@@ -226,6 +226,11 @@ constexpr WidgetHelp kHelp[] = {
     {"file/light", "light colours", "white panels and dark letters", "dark theme appearance"},
     {"file/text", "size of letters", "1 to 2 times; all of the window grows with it",
      "font scale zoom text"},
+
+    {"drill/start", "drill", "starts a hand whose left or first button drills",
+     "mill bone burr hole mastoid"},
+    {"drill/burr", "size of the burr", "radius of the burr, and of every round tool, 0.1 to 100 mm",
+     "drill diameter"},
 
     {"touch/device", "device of the hand", "a haptic device, or the mouse in its place",
      "stylus phantom haply touch"},
@@ -256,14 +261,39 @@ constexpr WidgetHelp kHelp[] = {
     {"touch/iso", "solid from", "the hand feels values from this one on as matter", "iso", false},
 };
 
-// The panels whose ids begin with a word.
-constexpr std::pair<std::string_view, Tab> kPanelOfGroup[] = {
-    {"tool", Tab::view},         {"window", Tab::view},     {"volume", Tab::view},
-    {"layout", Tab::view},       {"slices", Tab::view},     {"stereo", Tab::view},
-    {"transfer", Tab::transfer}, {"labels", Tab::labels},   {"segment", Tab::segment},
-    {"mesh", Tab::segment},      {"measure", Tab::measure}, {"clip", Tab::clip},
-    {"figure", Tab::file},       {"file", Tab::file},       {"iso", Tab::view},
-    {"export", Tab::file},
+// The sections of widgets, by their ids or by the word that these begin with; ids come first.
+constexpr std::pair<std::string_view, Section> kSectionOf[] = {
+    {"labels/only", Section::brush},
+    {"labels/file", Section::label_files},
+    {"labels/export", Section::label_files},
+    {"segment/inside", Section::seeds},
+    {"segment/outside", Section::seeds},
+    {"segment/erase", Section::seeds},
+    {"segment/clear", Section::seeds},
+    {"segment/radius", Section::seeds},
+    {"segment/label", Section::seeds},
+    {"segment/wire", Section::wire},
+    {"file/light", Section::appearance},
+    {"file/text", Section::appearance},
+    {"file/hide", Section::appearance},
+    {"tool", Section::brush},
+    {"window", Section::window},
+    {"volume", Section::volume},
+    {"layout", Section::layout},
+    {"slices", Section::slices},
+    {"stereo", Section::stereo},
+    {"transfer", Section::colours},
+    {"labels", Section::labels},
+    {"segment", Section::method},
+    {"mesh", Section::mesh},
+    {"measure", Section::measures},
+    {"clip", Section::clips},
+    {"figure", Section::figure},
+    {"file", Section::files},
+    {"iso", Section::volume},
+    {"export", Section::print},
+    {"drill/burr", Section::burr},
+    {"drill", Section::hand},
 };
 
 } // namespace
@@ -280,13 +310,23 @@ const WidgetHelp* help_of(std::string_view id) {
 
 void open_panel_of(ViewState& state, std::string_view id) {
     const std::string_view group = id.substr(0, id.find('/'));
-    if (group == "touch")
+    if (group == "touch" && state.task != WindowTask::drill)
         state.touch_open = true;
-    for (const auto& [name, tab] : kPanelOfGroup)
-        if (name == group) {
-            state.tools_open = true;
-            state.tab = tab;
-        }
+    if (group == "touch")
+        for (const SectionEntry& section : sections())
+            if (section.task == WindowTask::drill)
+                state.sections.set(section.section, true);
+    const auto open = [&](const SectionEntry& section) {
+        state.tools_open = true;
+        state.task = section.task;
+        state.sections.set(section.section, true);
+    };
+    if (group == "section")
+        if (const SectionEntry* section = find_section(id.substr(group.size() + 1)))
+            return open(*section);
+    for (const auto& [name, section] : kSectionOf)
+        if (name == id || name == group)
+            return open(entry_of(section));
 }
 
 } // namespace palpate::view

@@ -63,12 +63,10 @@ bool choose(const char* id, Choice& now, const List& all) {
     return changed;
 }
 
-inline bool slide(const char* id, double& value, double low, double high, const char* format,
-                  bool logarithmic = false) {
-    return ImGui::SliderScalar(
-        id, ImGuiDataType_Double, &value, &low, &high, format,
-        ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0));
-}
+// A slider, and beside it a field into which the value is typed; `format` has its unit. As an item
+// it is the track of the slider. Whether the value changed.
+bool slide(const char* id, double& value, double low, double high, const char* format,
+           bool logarithmic = false); // low > 0 where it is logarithmic
 
 // Dimmed text that is broken into lines at the edge of the panel.
 inline void hint(const char* text) {

@@ -86,7 +86,11 @@ Json segmenting_json(Work& work, const ViewState& state) {
 
 // The part that the panels show.
 void dump_panels(Work& work, const ViewState& state, Json& json) {
-    json["tab"] = name_of(state.tab);
+    json["task"] = name_of(state.task);
+    json["sections_open"] = Json::array(); // of the task
+    for (const SectionEntry& one : sections())
+        if (is_shown(state, one.section))
+            json["sections_open"].push_back(one.name);
     work.watch(state);
     MeasureReport report;
     for (const Measure& measure : state.notes.measures)

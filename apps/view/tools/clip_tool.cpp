@@ -95,7 +95,7 @@ std::optional<std::pair<glm::dvec3, glm::dvec3>> clip_line(const ViewState& stat
 
 std::vector<ClipHandle> clip_handles(const ViewState& state, const Grid& grid, Panel panel) {
     std::vector<ClipHandle> handles;
-    if (state.tab != Tab::clip)
+    if (!is_shown(state, Section::clips))
         return handles;
     const auto add = [&](size_t plane, bool turns, glm::dvec3 at) {
         if (const auto px = pixel_of(state, grid, panel, at))

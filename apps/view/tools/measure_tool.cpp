@@ -232,7 +232,7 @@ constinit const Tool kMeasureTool{
     .name = "measure",
     .title = "measure",
     .key = "m",
-    .help = "ruler, angle, polygon, sphere, by turns; Delete removes (tab measure)",
+    .help = "ruler, angle, polygon, sphere, by turns; Delete removes (task Measure)",
     .icon = Icon::ruler,
     .group = ToolGroup::measure,
     .press = press_measure,

@@ -50,7 +50,7 @@ void drag_mesh(const ToolEvent& at) {
 
 constinit const Tool kPullTool{
     .name = "pull",
-    .title = nullptr, // a mesh comes first: the tab segment has both
+    .title = nullptr, // a mesh comes first: the task Segment has both
     .key = nullptr,
     .help = "pulls the mesh of a label",
     .group = ToolGroup::paint,

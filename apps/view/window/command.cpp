@@ -197,7 +197,7 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     if (!options.headless) { // a script is a function of its input
         const std::filesystem::path file = view::state_file("view.json");
         const view::Settings settings = view::load_settings(file);
-        loop.viewer.light = settings.light;
+        loop.viewer.settings = settings;
         if (options.text_scale == 0.0)
             loop.text_scale = settings.text_scale;
         loop.viewer.keep_settings = [file](const view::Settings& changed) {

@@ -46,11 +46,16 @@ struct Places {
     // The side panel, the panel of touch (each is empty when it is closed) and the line at the
     // bottom. None covers another, nor a view.
     Box tools, touch, status;
-    Box bar; // of the tools, at the left; empty without bars
+    // Of the tasks at the top and of the tools at the left; empty without bars.
+    Box top, bar;
 };
 constexpr int kGap_px = 2;
+// Widths of the side panel, at a text scale of 1: the first one, and those that it can be dragged
+// to. It never takes more than half of the window.
+constexpr double kPanel_px = 264.0, kNarrowestPanel_px = 200.0, kWidestPanel_px = 640.0;
 struct OpenPanels {
     bool tools = true, touch = false, bars = true;
+    double panel_px = kPanel_px;
 };
 // The pixels that bars and the gaps round the views take of a window: it has as much room for views
 // and panels as one without bars that is smaller by them.

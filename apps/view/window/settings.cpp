@@ -31,6 +31,13 @@ Settings load_settings(const fs::path& file) {
     if (const Json* scale = json->find("text_scale"))
         if (scale->number >= 0.5 && scale->number <= 4.0)
             settings.text_scale = scale->number;
+    if (const Json* width = json->find("panel_px"))
+        if (width->number >= kNarrowestPanel_px && width->number <= kWidestPanel_px)
+            settings.panel_px = width->number;
+    if (const Json* open = json->find("sections"))
+        for (const SectionEntry& one : sections())
+            if (const Json* is_open = open->find(one.name))
+                settings.sections.set(one.section, is_open->boolean);
     return settings;
 }
 
@@ -39,8 +46,12 @@ Result<void> save_settings(const fs::path& file, const Settings& settings) {
         return {};
     std::error_code error;
     fs::create_directories(file.parent_path(), error);
-    const std::string text =
-        json_text(Json{{"light", settings.light}, {"text_scale", settings.text_scale}});
+    Json json{{"light", settings.light},
+              {"text_scale", settings.text_scale},
+              {"panel_px", settings.panel_px}};
+    for (const SectionEntry& one : sections())
+        json["sections"][one.name] = settings.sections.has(one.section);
+    const std::string text = json_text(json);
     return save_bytes(file, std::as_bytes(std::span(text)));
 }
 

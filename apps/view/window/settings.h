@@ -2,6 +2,8 @@
 
 #include <filesystem>
 
+#include "apps/view/window/panel.h"
+#include "apps/view/window/sections.h"
 #include "engine/base/error.h"
 
 namespace palpate::view {
@@ -10,6 +12,8 @@ namespace palpate::view {
 struct Settings {
     bool light = false;
     double text_scale = 0.0; // 0: as the display asks; else 0.5 .. 4
+    double panel_px = kPanel_px;
+    OpenSections sections{};
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };
@@ -18,8 +22,8 @@ struct Settings {
 // by default in ~/.local/state; empty where the environment names no home.
 std::filesystem::path state_file(const char* name);
 
-// {"light": true, "text_scale": 1.5} in "view.json". The defaults where the file is not there or is
-// damaged.
+// {"light": true, "text_scale": 1.5, "panel_px": 264, "sections": {"clips": true}} in "view.json".
+// The defaults where the file is not there or is damaged.
 Settings load_settings(const std::filesystem::path& file);
 // Nothing where the file's name is empty. An error where it cannot be written.
 Result<void> save_settings(const std::filesystem::path& file, const Settings& settings);

@@ -5,12 +5,6 @@
 
 namespace palpate::view {
 
-const char* name_of(Tab tab) {
-    constexpr const char* names[] = {"view",    "curve", "labels", "segment",
-                                     "measure", "clip",  "file"};
-    return names[static_cast<size_t>(tab)];
-}
-
 GreyWindow limited(GreyWindow window, ValueRange range) {
     constexpr double kNarrowest = 1e-6, kWidest = 1e3, kFarthest = 1e3; // of the values' range
     const double span = std::max(1e-6, double{range.max} - range.min);
@@ -42,10 +36,20 @@ GreyWindow with_high(GreyWindow window, double high, double least, GreyWindow li
     return mirrored(with_low(mirrored(window), -high, least, mirrored(limits)));
 }
 
+bool is_shown(const ViewState& state, Section section) {
+    return state.tools_open && state.task == entry_of(section).task && state.sections.has(section);
+}
+
+bool has_touch_panel(const ViewState& state) {
+    return state.touch_open && !(state.tools_open && state.task == WindowTask::drill);
+}
+
 Places places_of(const ViewState& state) {
     const auto places = [&](glm::uvec2 size_px) {
-        return places_of(size_px, state.layout, state.slice, state.alone,
-                         {state.tools_open, state.touch_open, state.bars_open}, state.text_scale);
+        return places_of(
+            size_px, state.layout, state.slice, state.alone,
+            {state.tools_open, has_touch_panel(state), state.bars_open, state.panel_px},
+            state.text_scale);
     };
     Places all = places(state.size_px);
     if (!state.status_open) { // it lies below the window

@@ -17,6 +17,7 @@
 #include "apps/view/tools/stylus.h"
 #include "apps/view/tools/tool_states.h"
 #include "apps/view/window/panel.h"
+#include "apps/view/window/sections.h"
 #include "apps/view/window/slice_view.h"
 #include "apps/view/window/stereo_view.h"
 #include "engine/program/mesh_export.h"
@@ -28,9 +29,6 @@ namespace palpate::view {
 
 struct Tool; // of the left button: tools/tool.h
 extern const Tool kCrosshairTool;
-
-enum class Tab { view, transfer, labels, segment, measure, clip, file }; // of the side panel
-const char* name_of(Tab tab);
 
 // Values shown as black and as white in slices.
 struct GreyWindow {
@@ -125,7 +123,7 @@ struct ViewState {
     std::optional<Panel> alone; // fills the room of all views
     bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
     bool status_open = true;     // the line at the bottom
-    bool bars_open = true;       // beside the views: of tools
+    bool bars_open = true;       // beside the views: of tasks and of tools
     bool saving_open = false;    // the question where to; keys are for it alone
     bool saving_typing = false;  // its text field takes the keys from the next frame on
     bool saving_entered = false; // Enter was pressed, and not in a text field
@@ -163,7 +161,9 @@ struct ViewState {
     SeenAs seen_as = SeenAs::rays;               // of the volume in 3D
     Stylus stylus;
 
-    Tab tab = Tab::view;
+    WindowTask task = WindowTask::look;
+    OpenSections sections;
+    double panel_px = kPanel_px; // width of the side panel at a text scale of 1
     TransferEditing transfer;
     IsoEditing iso;
     ExportSetup exporting;
@@ -211,6 +211,10 @@ struct Subject {
 };
 
 Places places_of(const ViewState& state);
+// Whether the side panel shows what is in a section.
+bool is_shown(const ViewState& state, Section section);
+// The panel of touch stands beside the side panel, but for the task that has its parts.
+bool has_touch_panel(const ViewState& state);
 std::optional<Box> box_of(const ViewState& state,
                           Panel panel); // none where it is not shown
 

@@ -18,14 +18,17 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
       options_(std::move(options)),
       interface_(std::make_unique<Interface>(text_scale)),
       drawing_(std::make_unique<UiDrawing>(interface, format)),
-      interface_scale_(text_scale) {
+      interface_scale_(text_scale),
+      kept_(options_.settings),
+      liked_scale_(kept_.text_scale) {
     state_.size_px = size_px;
     state_.text_scale = text_scale;
     begin(std::move(source));
-    state_.light = options_.light;
+    state_.light = kept_.light;
+    state_.panel_px = kept_.panel_px;
+    state_.sections = kept_.sections;
     if (options_.asks_for_file) {
         state_.browser_open = true;
-        state_.tab = Tab::file;
         work_->tell("this is a phantom to try tools on; open a file, or a folder of DICOM files");
     }
     if (options_.recent)
@@ -164,17 +167,26 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     work_->follow_notes(state_, state_.drag || state_.stylus.buttons != 0 || interface_->is_busy());
     work_->watch(state_);
     follow_previews();
-    const Settings before{state_.light, state_.text_scale};
     obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
-    if (const Settings now{state_.light, state_.text_scale};
-        options_.keep_settings && now != before)
-        options_.keep_settings(now);
+    keep_settings();
     work_->show_as_wanted(state_);
     if (!options_.threaded)
         work_->session().settle();
     wish();
     if (wants_picture)
         save_picture();
+}
+
+// Not while the panel's edge is dragged.
+void Viewer::keep_settings() {
+    if (state_.text_scale != interface_scale_)
+        liked_scale_ = state_.text_scale;
+    const Settings now{state_.light, liked_scale_, state_.panel_px, state_.sections};
+    if (now == kept_ || interface_->is_busy())
+        return;
+    kept_ = now;
+    if (options_.keep_settings)
+        options_.keep_settings(now);
 }
 
 void Viewer::wish() {

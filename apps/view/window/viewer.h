@@ -39,7 +39,7 @@ struct ViewerOptions {
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
     bool asks_for_file = false; // what is open at first is there to try: a list of files is open
-    bool light = false;         // the interface, at first
+    Settings settings{};        // as they were kept; the text scale is given beside them
     // What a person has changed; may be empty.
     std::function<void(const Settings&)> keep_settings{};
     std::function<void()> on_picture;
@@ -113,6 +113,7 @@ class Viewer {
     void poll_opening();
     void follow_previews();
     void follow_text_scale();
+    void keep_settings();
     void save_picture();
     void print_figure(const std::string& file);
     void follow_figure();          // how far it is, and that it is written
@@ -140,6 +141,8 @@ class Viewer {
     uint64_t looks_ = 0;
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
     double interface_scale_ = 1.0; // that interface_ is made for
+    Settings kept_;                // as they were given or kept last
+    double liked_scale_ = 0.0;     // of texts, that a person has chosen; 0: none
     std::stop_source stop_opening_;
     bool done_ = false;
     std::optional<ScriptOrder> script_order_;

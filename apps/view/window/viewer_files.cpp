@@ -227,7 +227,9 @@ void Viewer::take_opened(Result<Source> opened) {
     state_.names_hidden = before.names_hidden;
     state_.light = before.light;
     state_.text_scale = before.text_scale;
-    state_.tab = before.tab;
+    state_.task = before.task;
+    state_.sections = before.sections;
+    state_.panel_px = before.panel_px;
     state_.series_open = offers_series_ && work_->series().size() > 1;
     if (const size_t images = images_beside(path); images > 1 && work_->subject().grid.size.z == 1)
         work_->tell_also(

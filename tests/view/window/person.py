@@ -14,7 +14,7 @@ import zlib
 import numpy
 
 VOLUME = "synthetic:phantom?size=32"
-BARS, GAP = (44, 0), 2  # what the bars take at the left and at the top, and what lies round the views
+BARS, GAP = (44, 38), 2  # what the bars take at the left and at the top, and what lies round the views
 VIEWS = (BARS[0] + GAP, BARS[1] + GAP)  # the first pixel of the views
 NEEDED = ("Xvfb", "openbox", "xdotool")
 LONGEST_S = 60  # of any step, on a busy machine
@@ -242,6 +242,14 @@ class Person:
         """A click on a widget; x: pixels from its left."""
         left, top, width, height = self.boxes()[name]
         self.click(left + (min(8, width // 2) if x is None else x), top + height // 2)
+
+    def section(self, name):
+        """Takes the task that has a section of the panel, and opens the section."""
+        for task in ("look", "segment", "measure", "drill", "export"):
+            if f"section/{name}" not in self.boxes():
+                self.widget(f"task/{task}")
+        if name not in self.state_of_replay()["sections_open"]:
+            self.widget(f"section/{name}")
 
     def last_click(self, name):
         """A click on a widget that ends the program."""

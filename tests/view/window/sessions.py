@@ -73,7 +73,7 @@ def opens_without_a_file(start):
     p.shot()
     p.key("Escape")
     state = p.close()
-    assert not state["browser_open"] and state["tab"] == "file", state["tab"]
+    assert not state["browser_open"] and state["task"] == "look", state["task"]
     assert state["document"]["volume"], "a phantom to try tools on"
 
 
@@ -160,7 +160,7 @@ def turns_a_plane_by_its_handle(start):
 
 def drags_points_of_the_transfer_function(start):
     p = start()
-    p.widget("tab/curve")
+    p.section("colours")
     left, top, width, height = p.boxes()["transfer/plot"]
     before = p.replayed["transfer"]
     p.drag(left + 200, top + 20, (10, 40))
@@ -171,7 +171,7 @@ def drags_points_of_the_transfer_function(start):
 
 def drags_an_iso_value(start):
     p = start(options=["--iso", "300"])
-    p.widget("tab/curve")
+    p.section("colours")
     left, top, width, height = p.boxes()["transfer/plot"]
     grip = left + round((300 + 1041) / 2171 * (width - 1))  # the phantom's values: -1041 .. 1130
     p.drag(grip, top + 3, (30, 20))
@@ -187,7 +187,7 @@ def paints_erases_and_undoes(start):
     p.drag(100, 120, (60, 0))
     p.key("e")
     p.drag(130, 100, (0, 40))
-    p.widget("tab/labels")
+    p.section("labels")
     erased = p.state_of_replay()["label_counts"]
     p.looks_right()
     p.key("ctrl+z")
@@ -253,7 +253,7 @@ def measures(start):
 
 def clips_by_a_handle(start):
     p = start()
-    p.widget("tab/clip")
+    p.section("clips")
     p.widget("clip/add")
     before = p.state_of_replay()["clips"]
     p.widget("clip/none")
@@ -300,13 +300,12 @@ def takes_a_picture(start):
     p.key("ctrl+p")
     size = size_of_png(os.path.join(p.folder, "palpate-1.png"))
     p.close()
-    assert size == (848, 604), size
+    assert size == (848, 642), size
 
 
 def writes_a_figure(start):
     p = start()
-    p.widget("tab/file")
-    p.widget("file/figure")
+    p.section("figure")
     p.widget("figure/write")
     size = size_of_png(os.path.join(p.folder, "figure.png"))
     p.close()
@@ -315,8 +314,7 @@ def writes_a_figure(start):
 
 def writes_pictures_round_the_head(start):
     p = start()
-    p.widget("tab/file")
-    p.widget("file/figure")
+    p.section("figure")
     for widget, typed in (("figure/pictures", "3"), ("figure/size", "64")):
         left, top, _, height = p.boxes()[widget]
         p.click(left + 12, top + height // 2)
@@ -375,11 +373,9 @@ def saves_when_it_is_asked(start):
 
 def types_into_a_field(start):
     p = start()
+    p.section("brush")
     left, top, width, height = p.boxes()["tool/radius"]
-    p.at(left + width // 2, top + height // 2)
-    p.hold("ctrl")
-    p.do("click", 1, wants=2)
-    p.let("ctrl")
+    p.click(left + width + 20, top + height // 2)  # the field beside the slider
     p.key("ctrl+a")
     p.type("7.5")
     p.key("Return")
@@ -403,7 +399,7 @@ def shows_its_keys(start):
 
 def keeps_how_it_looks(start):
     p = start()
-    p.widget("tab/file")
+    p.section("appearance")
     p.widget("file/light")
     p.looks_right()
     home = p.folder
