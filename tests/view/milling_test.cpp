@@ -74,7 +74,7 @@ TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
 }
 
 TEST_F(MillingTest, DustIsSeenWhereItIsWanted) {
-    open("synthetic:ball?size=64", {800, 600}, drilling_hand());
+    open("synthetic:ball?size=64", {800, 1000}, drilling_hand());
     key("x");
     wait(1.5);
     ASSERT_FALSE(dust().grains().empty());

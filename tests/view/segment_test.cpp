@@ -123,6 +123,7 @@ class SegmentBound : public Segmentation {
  protected:
     // Leaves the button pressed.
     void drag_bound(double from_share, double to_share) {
+        reveal("segment/bound");
         const Box slider = viewer().interface().widgets().at("segment/bound");
         const glm::dvec2 low(slider.low_px), size(slider.size_px);
         move(glm::floor(low + glm::dvec2(from_share, 0.5) * size));

@@ -79,7 +79,7 @@ const RecordedSteps kAllSessions[] = {
     {"labels_not_below_0", "key a; key a; key a; key a; key a; key a",
      R"({"labels": {"opacity": 0}})"},
     {"labels_by_widget", "widget labels/shown", R"({"labels": {"shown": false}})"},
-    {"labels_in_3d_by_widget", "widget tab/labels; widget labels/in_3d",
+    {"labels_in_3d_by_widget", "widget task/segment; widget labels/in_3d",
      R"({"labels": {"shown": true, "in_3d": false}})"},
     {"draw", "key b; at axial 0 20; drag left 40 0",
      R"({"undo_steps": 1, "stroke_is_down": false})"},

@@ -164,7 +164,7 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
         EXPECT_EQ(places.touch.size_px.x > 0, open.touch);
         EXPECT_EQ(places.bar.size_px.x > 0, open.bars);
         int64_t area = 0;
-        std::vector<Box> boxes{places.tools, places.touch, places.status, places.bar};
+        std::vector<Box> boxes{places.tools, places.touch, places.status, places.bar, places.top};
         for (const Places::View& view : places.views)
             boxes.push_back(view.box);
         for (size_t a = 0; a < boxes.size(); ++a) {

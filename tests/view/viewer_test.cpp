@@ -394,7 +394,7 @@ TEST_F(ViewerTest, TheListOfLabelsIsAsHighAsItsRows) {
     frame({});
     frame({});
     EXPECT_FALSE(viewer().interface().widgets().count("labels/row/39"));
-    EXPECT_EQ(of_all - foot(), (14 - 1) * (18 + 2 * 1 + 4)); // letters, padding, spacing
+    EXPECT_EQ(of_all - foot(), (14 - 1) * (18 + 2 * 3 + 4)); // letters, padding, spacing
     EXPECT_LT(foot(), places_of(state()).status.low_px.y);
 }
 

@@ -15,6 +15,7 @@ import numpy
 
 VOLUME = "synthetic:phantom?size=32"
 BARS, GAP = (44, 38), 2  # what the bars take at the left and at the top, and what lies round the views
+STATUS, PANEL = 22, 264  # heights and widths of the line at the bottom and of the side panel
 VIEWS = (BARS[0] + GAP, BARS[1] + GAP)  # the first pixel of the views
 NEEDED = ("Xvfb", "openbox", "xdotool")
 LONGEST_S = 60  # of any step, on a busy machine
@@ -106,7 +107,7 @@ class Person:
     a window without bars."""
 
     def __init__(self, program, screen, name, volume=VOLUME, options=(), size=(800, 600), home=None):
-        self.screen, self.name = screen, name
+        self.screen, self.name, self.size = screen, name, size
         self.folder = home or os.path.join(screen.folder, name)
         os.makedirs(self.folder, exist_ok=True)
         self.program, self.volume = program, volume
@@ -118,6 +119,7 @@ class Person:
         self.environment.pop("XDG_STATE_HOME", None)
         self.messages = open(os.path.join(self.folder, "messages"), "w+")
         options = list(options)
+        self.scene = options if "--iso" in options else []  # what else the replay of a record needs
         if "--full-screen" not in options:
             options += ["--size", f"{size[0] + BARS[0] + 2 * GAP},{size[1] + BARS[1] + 2 * GAP}"]
         self.origin = (0, 0)
@@ -231,16 +233,27 @@ class Person:
 
     def boxes(self):
         """Where widgets and views lie now: what was recorded, done without a window."""
-        ran = subprocess.run([self.program, "--quiet", "view", self.volume, "--headless", "--replay",
+        ran = subprocess.run([self.program, "--quiet", "view", self.volume, *self.scene, "--headless", "--replay",
                               self.record_file, "--state", "-"], capture_output=True, text=True,
                              check=True, cwd=self.folder, env=self.environment)
         self.replayed = json.loads(ran.stdout)
         return {name: [left - VIEWS[0], top - VIEWS[1], width, height]
                 for name, (left, top, width, height) in self.replayed["widgets"].items()}
 
+    def seen(self, name):
+        """The box of a widget of the side panel, scrolled to where it can be seen."""
+        for _ in range(20):
+            left, top, width, height = self.boxes()[name]
+            above, below = top < 0, top + height > self.size[1] - STATUS
+            if left < self.size[0] - PANEL or not above and not below:
+                break
+            self.at(self.size[0] - PANEL // 2, self.size[1] // 2)
+            self.wheel(3 if above else -3)
+        return left, top, width, height
+
     def widget(self, name, x=None):
         """A click on a widget; x: pixels from its left."""
-        left, top, width, height = self.boxes()[name]
+        left, top, width, height = self.seen(name)
         self.click(left + (min(8, width // 2) if x is None else x), top + height // 2)
 
     def section(self, name):

@@ -161,7 +161,7 @@ def turns_a_plane_by_its_handle(start):
 def drags_points_of_the_transfer_function(start):
     p = start()
     p.section("colours")
-    left, top, width, height = p.boxes()["transfer/plot"]
+    left, top, width, height = p.seen("transfer/plot")
     before = p.replayed["transfer"]
     p.drag(left + 200, top + 20, (10, 40))
     p.looks_right()
@@ -172,7 +172,7 @@ def drags_points_of_the_transfer_function(start):
 def drags_an_iso_value(start):
     p = start(options=["--iso", "300"])
     p.section("colours")
-    left, top, width, height = p.boxes()["transfer/plot"]
+    left, top, width, height = p.seen("transfer/plot")
     grip = left + round((300 + 1041) / 2171 * (width - 1))  # the phantom's values: -1041 .. 1130
     p.drag(grip, top + 3, (30, 20))
     p.looks_right()
@@ -316,7 +316,7 @@ def writes_pictures_round_the_head(start):
     p = start()
     p.section("figure")
     for widget, typed in (("figure/pictures", "3"), ("figure/size", "64")):
-        left, top, _, height = p.boxes()[widget]
+        left, top, _, height = p.seen(widget)
         p.click(left + 12, top + height // 2)
         p.key("ctrl+a")
         p.type(typed)
