@@ -57,7 +57,7 @@ Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
         PALPATE_TRY(const std::string text, load_text(options.strokes, uint64_t{1} << 30));
         PALPATE_TRY(std::vector<Stroke> strokes, parse_strokes(text, options.strokes));
         for (Stroke& stroke : strokes) {
-            const bool guided = stroke.operation.on_labels() && stroke.operation.only_values;
+            const bool guided = stroke.operation.needs_guide();
             entries.push_back({JournalEntry::Kind::stroke,
                                std::move(stroke),
                                "volume",
@@ -159,13 +159,14 @@ struct Input {
     std::optional<Volume> guide;
 };
 
-// `kind` is one of the operations, for an error.
-Result<Input> load_input(const EditOptions& options, bool labels, const char* kind,
+Result<Input> load_input(const EditOptions& options, const std::vector<JournalEntry>& strokes,
                          const Interrupt& interrupt) {
+    PALPATE_TRY(const Operation* const first, first_operation(strokes));
+    const bool labels = first && first->on_labels();
     Result<LoadedVolume> loaded = load(options.read, labels, interrupt);
     if (!loaded && labels)
         return fail("{}; '{}' of the strokes works on labels: expected a label map as V",
-                    loaded.error().message, kind);
+                    loaded.error().message, name_of(first->kind));
     if (!loaded)
         return pass_on(loaded);
     Input input{std::move(*loaded), {}};
@@ -173,7 +174,11 @@ Result<Input> load_input(const EditOptions& options, bool labels, const char* ki
         return input;
     ReadFlags flags = options.read;
     flags.path = options.guide;
-    PALPATE_TRY(const LoadedVolume guide, load(flags, false, interrupt));
+    const bool of_labels =
+        !labels && std::any_of(strokes.begin(), strokes.end(), [](const JournalEntry& entry) {
+            return entry.stroke.operation.needs_guide();
+        });
+    PALPATE_TRY(const LoadedVolume guide, load(flags, of_labels, interrupt));
     if (const Result<void> serves = check_guide(guide.volume, input.volume.volume); !serves)
         return fail("{}: {}", options.guide, serves.error().message);
     input.guide = guide.volume;
@@ -215,14 +220,14 @@ Result<void> run_edit(const EditOptions& options) {
     const bool labels = *first && (*first)->on_labels();
     if (options.iso && (labels || options.report.empty()))
         log::warning("--iso: without effect ({})", labels ? "of grey values" : "without --report");
-    PALPATE_TRY(const Input input,
-                load_input(options, labels, labels ? name_of((*first)->kind) : "", interrupt));
+    PALPATE_TRY(const Input input, load_input(options, strokes, interrupt));
     const Volume& volume = input.volume.volume;
     PALPATE_TRY(expect_format_holds(options.out, volume.grid()));
     const Volume* guide = input.guide ? &*input.guide : nullptr;
     Document document(volume, labels ? VolumeKind::labels : VolumeKind::grey);
     if (guide)
-        document = with_volume(document, {"guide", VolumeKind::grey, *guide});
+        document = with_volume(document,
+                               {"guide", labels ? VolumeKind::grey : VolumeKind::labels, *guide});
     for (JournalEntry& entry : wanted) { // before anything is begun
         if (entry.kind != JournalEntry::Kind::stroke)
             continue;

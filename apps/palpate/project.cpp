@@ -127,10 +127,11 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Docume
         for (Stroke& stroke : strokes) {
             Operation& operation = stroke.operation;
             const bool on_labels = operation.on_labels();
-            const bool guided = on_labels && operation.only_values;
+            const bool guided = operation.needs_guide();
             const std::string& on = on_labels ? labels : grey;
             const Volume* volume = document.find(on);
-            const Volume* guide = guided ? document.find(grey) : nullptr;
+            const std::string& guide_name = on_labels ? grey : labels;
+            const Volume* guide = guided ? document.find(guide_name) : nullptr;
             if (!volume)
                 return fail("{}: '{}' needs {}, and the project has none", o.strokes,
                             name_of(operation.kind), on_labels ? "labels" : "grey values");
@@ -138,7 +139,7 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Docume
                 return fail("{}: {}", o.strokes, fits.error().message);
             operation = settled(std::move(operation), *volume);
             entries.push_back(
-                {JournalEntry::Kind::stroke, std::move(stroke), on, guided ? grey : "", {}});
+                {JournalEntry::Kind::stroke, std::move(stroke), on, guided ? guide_name : "", {}});
         }
     }
     entries.insert(entries.end(), o.undo, {.kind = JournalEntry::Kind::undo});

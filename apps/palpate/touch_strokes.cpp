@@ -40,7 +40,7 @@ SessionSetup setup_in_project(SessionSetup project, SessionSetup felt, EditSetup
     if (project.labels.empty() && !felt.labels.empty())
         project.labels = project.grey; // a label map stands for both
     edit.on = on_labels ? project.labels : project.grey;
-    edit.guide = on_labels ? project.grey : "";
+    edit.guide = on_labels ? project.grey : project.labels;
     project.touch = std::move(felt.touch);
     project.parameters = felt.parameters;
     project.felt_surface = std::move(felt.felt_surface);

@@ -4,8 +4,11 @@
 #include <chrono>
 #include <utility>
 
+#include "engine/base/failure.h"
 #include "engine/base/profile.h"
+#include "engine/edit/spared.h"
 #include "engine/edit/step.h"
+#include "engine/volume/changes.h"
 
 namespace palpate {
 
@@ -69,9 +72,10 @@ bool Editor::use(EditSetup setup, uint8_t tool) {
     return command(Use{std::move(setup), tool});
 }
 
-bool Editor::put(NamedVolume volume, std::string title, Json parameters, NotePages::Texts notes) {
-    return command(
-        Put{std::move(volume), std::move(title), std::move(parameters), std::move(notes)});
+bool Editor::put(NamedVolume volume, std::string title, Json parameters, NotePages::Texts notes,
+                 std::vector<uint16_t> spared) {
+    return command(Put{std::move(volume), std::move(title), std::move(parameters), std::move(notes),
+                       std::move(spared)});
 }
 
 bool Editor::note(NotePages::Texts pages, std::string title, bool is_step) {
@@ -116,27 +120,37 @@ std::string Editor::take_refusal() {
 
 void Editor::settle() {
     PALPATE_ASSERT(!options_.threaded);
-    for (bool any = true; any;)
-        try {
-            any = go_on({});
-        } catch (const std::exception& error) {
-            drop_stroke(error.what());
-        }
+    while (try_to_go_on({})) {
+    }
 }
 
 void Editor::run(const std::stop_token& stop) {
     profile::name_thread("editor");
     while (!stop.stop_requested())
-        try {
-            if (!go_on(stop))
-                rest(stop);
-        } catch (const std::exception& error) { // samples that cannot be read, memory that ran out
-            drop_stroke(error.what());
+        if (!try_to_go_on(stop))
+            rest(stop);
+}
+
+// False: there was nothing to do, or it cannot be done now.
+bool Editor::try_to_go_on(const std::stop_token& stop) {
+    constexpr int kMostFailures = 3;
+    try {
+        if (!failed_.empty()) {
+            take_back();
+            return true;
         }
+        return go_on(stop);
+    } catch (const std::exception& error) { // samples that cannot be read, memory that ran out
+        failed_ = failure_text(error);
+        if (stroke_)
+            failed_ = fmt::format("{}: {}", name_of(setup()->operation.kind), failed_);
+    }
+    failures_ = failures_ < kMostFailures ? failures_ + 1 : 1;
+    return failures_ < kMostFailures;
 }
 
 void Editor::rest(const std::stop_token& stop) {
-    if (is_down_ && polls_.load(std::memory_order_acquire))
+    if (!failed_.empty() || (is_down_ && polls_.load(std::memory_order_acquire)))
         wake_.wait(stop, Wake::Clock::now() + kNap);
     else
         wake_.wait(stop);
@@ -156,8 +170,13 @@ bool Editor::go_on(const std::stop_token& stop) {
     if (done)
         last_done_ = last_fed_;
     bool any = taken || !done || lifted_;
-    if (const Volume next = stroke_->publish();
-        !next.is_same_as(edited()) || last_done_.number != states_.latest().inputs_done) {
+    const bool meets_now = stroke_->met_spared() != 0 && !stroke_met_spared_;
+    if (meets_now) {
+        stroke_met_spared_ = true;
+        note_spared(stroke_->met_spared());
+    }
+    if (const Volume next = stroke_->publish(); meets_now || !next.is_same_as(edited()) ||
+                                                last_done_.number != states_.latest().inputs_done) {
         edited() = next;
         any = true;
         if (!(done && lifted_)) // else finish_stroke() does
@@ -168,13 +187,14 @@ bool Editor::go_on(const std::stop_token& stop) {
     return any;
 }
 
-void Editor::drop_stroke(const char* why) {
-    refuse(why);
+void Editor::take_back() {
     if (stroke_) {
         edited() = taken_back(stroke_->before(), edited());
         stroke_.reset();
-        refusal_ += "; the stroke is taken back";
+        failed_ += "; the stroke is taken back";
     }
+    refuse(std::exchange(failed_, {}));
+    failures_ = 0;
     last_done_ = last_fed_;
     publish();
 }
@@ -182,6 +202,13 @@ void Editor::drop_stroke(const char* why) {
 void Editor::refuse(std::string why) {
     refusal_ = std::move(why);
     ++refusals_;
+}
+
+void Editor::note_spared(uint16_t label) {
+    if (label == 0)
+        return;
+    ++met_spared_;
+    spared_label_ = label;
 }
 
 bool Editor::take_inputs() {
@@ -216,11 +243,12 @@ bool Editor::begin_next() {
             refusal_.clear();
             tool_ = std::min<uint8_t>(input.tool, kTools - 1);
             find_edited();
-            auto begun = begin_stroke(input);
+            auto begun = attempt(setup() ? name_of(setup()->operation.kind) : "stroke",
+                                 [&] { return begin_stroke(input); });
             if (begun) {
                 stroke_ = std::move(*begun);
                 poses_.clear();
-                lifted_ = false;
+                lifted_ = stroke_met_spared_ = false;
                 return true;
             }
             refuse(begun.error().message);
@@ -249,7 +277,14 @@ bool Editor::do_commands() {
         const std::unique_ptr<Command> command(std::exchange(command_, std::nullopt)->command);
         ++commands_done_;
         before_command_.reset();
-        std::visit([&](auto& what) { obey(std::move(what)); }, *command);
+        const std::string name =
+            std::visit([](const auto& what) { return title_of(what); }, *command);
+        try {
+            std::visit([&](auto& what) { obey(std::move(what)); }, *command);
+        } catch (const std::exception& error) { // it has changed nothing
+            refuse(fmt::format("{}: {}", name, failure_text(error)));
+            publish();
+        }
     }
 }
 
@@ -289,24 +324,25 @@ void Editor::feed() {
 
 void Editor::finish_stroke() {
     const Volume before = stroke_->before();
-    stroke_.reset();
-    const bool guided = setup()->operation.on_labels() && setup()->operation.only_values;
+    const bool guided = setup()->operation.needs_guide();
     JournalEntry entry{JournalEntry::Kind::stroke,
                        {setup()->shape, setup()->tool, setup()->operation, std::move(poses_)},
                        now_.volumes[edited_].name,
                        guided ? setup()->guide : std::string(),
                        {}};
-    std::string title = title_of(entry);
+    // All that may fail comes before the journal has it, and while the stroke can be taken back.
+    Document was = now_;
+    was.volumes[edited_].volume = before;
+    history_->begin(was, now_, palpate::title_of(entry));
     if (keep(std::move(entry))) {
-        Document was = now_;
-        was.volumes[edited_].volume = before;
-        history_->record(was, now_, std::move(title));
+        history_->end();
         ++strokes_done_;
         reach_.recorded();
     } else {
         edited() = taken_back(before, edited());
         refusal_ += "; the stroke is taken back";
     }
+    stroke_.reset();
     publish();
 }
 
@@ -353,9 +389,11 @@ void Editor::change_to(Document next, std::string title, Json parameters, bool i
         else if (entry.change.packed.empty())
             refuse(why + "; nothing is changed");
     }
+    if (is_step)
+        history_->begin(now_, next, std::move(title));
     if ((refusal_.empty() || !options_.journal) && keep(std::move(entry))) {
         if (is_step) {
-            history_->record(now_, next, std::move(title));
+            history_->end();
             ++strokes_done_;
             reach_.recorded();
         }
@@ -369,6 +407,17 @@ void Editor::obey(Put put) {
     if (const Result<void> named = check_volume_name(put.volume.name); !named) {
         refuse(named.error().message);
         return publish();
+    }
+    const Volume* before = now_.find(put.volume.name);
+    if (before && !put.spared.empty() && before->grid() == put.volume.volume.grid()) {
+        Spared kept = sparing(*before, put.volume.volume, put.spared);
+        note_spared(kept.met);
+        if (kept.met != 0 && changed_bricks(*before, kept.labels).empty()) {
+            refuse(fmt::format("{}: nothing is changed but label {}, which is locked", put.title,
+                               kept.met));
+            return publish();
+        }
+        put.volume.volume = std::move(kept.labels);
     }
     Document next = with_volume(now_, std::move(put.volume));
     next.notes = now_.notes.with(put.notes);
@@ -404,11 +453,12 @@ Result<Document> Editor::change_to(ChangeJournal& change) {
             return fail("the journal's entry needs more memory than there is");
         PALPATE_TRY(change.journal.append(entry));
     }
+    Document now = now_;
+    *change.steps = history_->newest(JournalChange::kMostSteps_bytes);
     options_.journal.emplace(std::move(change.journal));
     options_.journal_may_end = false;
     reach_ = {};
-    *change.steps = history_->newest(JournalChange::kMostSteps_bytes);
-    return now_;
+    return now;
 }
 
 void Editor::obey(ChangeJournal change) {
@@ -421,31 +471,27 @@ void Editor::obey(ChangeJournal change) {
 void Editor::step(bool back) {
     before_command_ = edited();
     refusal_.clear();
-    const auto take = [&](bool backwards) {
-        return backwards ? history_->undo(now_) : history_->redo(now_);
-    };
-    Result<std::optional<Document>> taken = take(back);
-    if (!taken)
-        refuse(taken.error().message);
-    else if (!*taken)
+    const char* const undone = back ? "; nothing is undone" : "; nothing is redone";
+    Result<std::optional<Document>> next = history_->look(now_, back);
+    if (!next) {
+        refuse(next.error().message);
+    } else if (!*next) {
         refuse(back ? "nothing is left to undo" : "nothing is left to redo");
-    else {
-        JournalEntry entry = options_.journal ? reach_.entry(back, now_, **taken) : JournalEntry();
-        now_ = **taken;
-        strokes_done_ += back ? -1 : 1;
+    } else {
+        const JournalEntry entry =
+            options_.journal ? reach_.entry(back, now_, **next) : JournalEntry();
         const bool lacks_memory =
             entry.kind == JournalEntry::Kind::change && entry.change.packed.empty();
         if (lacks_memory)
             refuse("the journal's entry needs more memory than there is");
-        if (!lacks_memory && keep(entry)) {
+        if (lacks_memory || !keep(entry)) {
+            refusal_ += undone;
+        } else {
+            history_->move(back);
+            now_ = std::move(**next);
+            strokes_done_ += back ? -1 : 1;
             if (options_.journal)
                 reach_.moved(back, entry);
-        } else if (taken = take(!back); taken && *taken) { // the same step, just taken
-            now_ = **taken;
-            strokes_done_ -= back ? -1 : 1;
-            refusal_ += back ? "; nothing is undone" : "; nothing is redone";
-        } else { // it lies on a disk that failed meanwhile, too
-            refusal_ += back ? "; the undo stands without it" : "; the redo stands without it";
         }
     }
     find_edited();
@@ -464,7 +510,7 @@ void Editor::publish() {
     states_.publish(std::make_unique<EditState>(
         EditState{now_, edited_, last_done_.number, last_done_.pushed_ns, profile::now_ns(),
                   ++published_, commands_done_, before_command_, strokes_done_, history.undo_steps,
-                  history.redo_steps, refusals_, refusal_}));
+                  history.redo_steps, refusals_, met_spared_, spared_label_, refusal_}));
     followers_.wake();
 }
 

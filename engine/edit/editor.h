@@ -49,6 +49,10 @@ struct EditState {
     size_t strokes_done = 0; // and other changes, and not undone
     size_t undo_steps = 0, redo_steps = 0;
     size_t refusals = 0; // so far
+    // How many strokes and volumes of put() have met a spared label so far, and the lowest that the
+    // last of them has met.
+    size_t met_spared = 0;
+    uint16_t spared_label = 0;
     // Why the last stroke, command or step had no effect, or left out a pose; else empty. A stroke
     // that meets unreadable samples is taken back whole.
     std::string refusal;
@@ -81,7 +85,7 @@ struct EditSetup {
     Tool tool;
     Operation operation;
     std::string on;    // the name of a volume; empty: the first
-    std::string guide; // the name of the grey volume of only_values on labels; empty: none
+    std::string guide; // the name of the volume that Operation::needs_guide(); empty: none
 };
 
 // A change of journal that an editor was asked for (Editor::change_journal()).
@@ -142,9 +146,11 @@ class Editor {
     bool redo() { return command(Redo{}); }
     // A volume comes, or takes the place of the one of its name: a filter's result, say. It is a
     // step like a stroke. `title` and `parameters` (an object) are for people.
-    // `notes` are changed by the same step.
+    // `notes` are changed by the same step. In a label map that takes the place of another one,
+    // labels of `spared` (rising) stay as sparing() says; where that leaves no change, it is
+    // refused.
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object(),
-             NotePages::Texts notes = {});
+             NotePages::Texts notes = {}, std::vector<uint16_t> spared = {});
     // Pages of the notes change (NotePages::with()): a step, or, without one, a change that is kept
     // and that undo passes over. Nothing happens where the notes stay what they are.
     bool note(NotePages::Texts pages, std::string title, bool is_step = true);
@@ -185,6 +191,7 @@ class Editor {
         std::string title;
         Json parameters;
         NotePages::Texts notes;
+        std::vector<uint16_t> spared;
     };
     struct Note {
         NotePages::Texts pages;
@@ -205,6 +212,14 @@ class Editor {
         EditSetup setup;
         uint8_t tool;
     };
+    // For a person, of one that failed.
+    static std::string title_of(const Undo&) { return "undo"; }
+    static std::string title_of(const Redo&) { return "redo"; }
+    static std::string title_of(const Use&) { return "tool"; }
+    static std::string title_of(const Put& put) { return put.title; }
+    static std::string title_of(const Note& note) { return note.title; }
+    static std::string title_of(const Remove& remove) { return "remove " + remove.name; }
+    static std::string title_of(const ChangeJournal&) { return "save"; }
     using Command = std::variant<Undo, Redo, Use, Put, Note, Remove, ChangeJournal>;
     struct InRing { // trivially destructible, as rings want: owns `command` all the same
         Command* command = nullptr;
@@ -212,10 +227,12 @@ class Editor {
     };
     bool command(Command command);
     void run(const std::stop_token& stop);
-    void rest(const std::stop_token& stop);  // until there may be something to do
-    bool go_on(const std::stop_token& stop); // false: there was nothing to do
-    void drop_stroke(const char* why);
+    void rest(const std::stop_token& stop);         // until there may be something to do
+    bool go_on(const std::stop_token& stop);        // false: there was nothing to do
+    bool try_to_go_on(const std::stop_token& stop); // go_on(), of which nothing is thrown
+    void take_back();                               // what failed_
     void refuse(std::string why);
+    void note_spared(uint16_t label); // 0: none was met
     bool take_inputs();
     bool begin_next();      // the next stroke or command, where none is under way
     bool do_commands();     // those whose turn it is
@@ -261,13 +278,20 @@ class Editor {
     bool is_down_ = false; // the tool, after the last input that was taken
     uint64_t fed_ = 0;     // how many inputs have left waiting_
     std::unique_ptr<StrokeRun> stroke_;
+    // Why what was done was broken off: it is to be taken back. How often in a row that failed,
+    // too.
+    std::string failed_;
+    int failures_ = 0;
     std::vector<StrokePose> poses_; // of it
     bool lifted_ = false;
     EditInput last_fed_, last_done_;
     uint64_t published_ = 0, commands_done_ = 0;
     std::optional<Volume> before_command_; // EditState
     size_t strokes_done_ = 0;
-    JournalReach reach_; // of options_.journal
+    bool stroke_met_spared_ = false; // the stroke under way, and it is counted
+    size_t met_spared_ = 0;          // EditState
+    uint16_t spared_label_ = 0;      // likewise
+    JournalReach reach_;             // of options_.journal
     size_t refusals_ = 0, refusals_kept_ = 0;
     std::string refusal_;
 

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/base/failure.h"
 #include "engine/base/fd.h"
 #include "engine/base/profile.h"
 #include "engine/edit/step.h"
@@ -90,6 +91,7 @@ struct History::State {
     std::deque<std::shared_ptr<KeptStep>> undo,
         redo; // oldest first; the next to take is at the back
     std::deque<std::shared_ptr<KeptStep>> to_pack;
+    std::shared_ptr<KeptStep> begun, looked_at;
     bool packing = false;
     SpillFile spill;
     bool spill_failed = false, pack_failed = false;
@@ -113,16 +115,17 @@ struct History::State {
             const std::shared_ptr<KeptStep> step = std::move(to_pack.front());
             to_pack.pop_front();
             packing = true;
-            const Step open = step->open; // its bricks are shared
-            lock.unlock();
             std::string packed, failure;
             try {
                 const profile::Scope scope("pack step");
+                const Step open = step->open; // its bricks are shared
+                lock.unlock();
                 packed = pack_step(open);
             } catch (const std::exception& error) { // samples that cannot be read, say
-                failure = error.what();
+                failure = failure_text(error);
             }
-            lock.lock();
+            if (!lock.owns_lock())
+                lock.lock();
             if (!failure.empty() && !std::exchange(pack_failed, true))
                 notices.push_back("history: a step stays unpacked in memory: " + failure);
             if (!packed.empty()) { // zstd had memory
@@ -188,9 +191,8 @@ struct History::State {
                 options.notice(notice);
     }
 
-    Result<std::optional<Document>> take(const Document& now, bool back) {
-        auto& from = back ? undo : redo;
-        auto& to = back ? redo : undo;
+    Result<std::optional<Document>> look(const Document& now, bool back) {
+        const auto& from = back ? undo : redo;
         const std::unique_lock lock(mutex);
         if (from.empty())
             return std::optional<Document>();
@@ -206,9 +208,18 @@ struct History::State {
         }
         if (!next)
             return pass_on(next);
-        from.pop_back();
-        to.push_back(step);
+        looked_at = step;
         return std::optional<Document>(std::move(*next));
+    }
+
+    void move(bool back) {
+        auto& from = back ? undo : redo;
+        const std::unique_lock lock(mutex);
+        (back ? redo : undo).push_back(looked_at);
+        // The worker may have dropped it meanwhile, to make room.
+        if (!from.empty() && from.back() == looked_at)
+            from.pop_back();
+        looked_at.reset();
     }
 };
 
@@ -221,10 +232,20 @@ History::History(HistoryOptions options) : state_(std::make_unique<State>()) {
 History::~History() = default;
 
 void History::record(const Document& before, const Document& after, std::string title) {
+    begin(before, after, std::move(title));
+    end();
+}
+
+void History::begin(const Document& before, const Document& after, std::string title) {
     auto step = std::make_shared<KeptStep>();
     step->title = std::move(title);
     step->open = step_between(before, after);
     step->empty = step->open.empty();
+    state_->begun = std::move(step);
+}
+
+void History::end() {
+    const std::shared_ptr<KeptStep> step = std::move(state_->begun);
     {
         std::unique_lock lock(state_->mutex);
         state_->redo.clear();
@@ -241,11 +262,25 @@ void History::record(const Document& before, const Document& after, std::string 
 }
 
 Result<std::optional<Document>> History::undo(const Document& now) {
-    return state_->take(now, true);
+    Result<std::optional<Document>> taken = look(now, true);
+    if (taken && *taken)
+        move(true);
+    return taken;
 }
 
 Result<std::optional<Document>> History::redo(const Document& now) {
-    return state_->take(now, false);
+    Result<std::optional<Document>> taken = look(now, false);
+    if (taken && *taken)
+        move(false);
+    return taken;
+}
+
+Result<std::optional<Document>> History::look(const Document& now, bool back) {
+    return state_->look(now, back);
+}
+
+void History::move(bool back) {
+    state_->move(back);
 }
 
 void History::forget_redo() {

@@ -43,11 +43,20 @@ class History {
     // edits. `title` is for people.
     void record(const Document& before, const Document& after, std::string title = {});
 
+    // record() in two halves: begin() may throw, and changes nothing that can be undone or redone;
+    // end() records what was begun.
+    void begin(const Document& before, const Document& after, std::string title = {});
+    void end();
+
     // The document before the newest step, or after the one undone last; nothing where there is
     // none. `now` is the present. An error where a spilled step cannot be read back: the step
     // stays.
     Result<std::optional<Document>> undo(const Document& now);
     Result<std::optional<Document>> redo(const Document& now);
+    // undo() or redo() in two halves: look() gives the document and leaves the step where it is;
+    // move() takes the step that was looked at.
+    Result<std::optional<Document>> look(const Document& now, bool back);
+    void move(bool back);
 
     // A step that can be undone, as it may be kept elsewhere.
     struct PackedStep {

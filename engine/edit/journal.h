@@ -30,7 +30,7 @@ struct JournalEntry {
     Kind kind = Kind::stroke;
     Stroke stroke;             // of Kind::stroke
     std::string on = "volume"; // of it: the name of the volume it works on
-    std::string guide;         // and of the one that only_values is about; empty: none
+    std::string guide;         // and of the one that Operation::needs_guide(); empty: none
     Change change;             // of Kind::change
 
     bool is_step() const { // that undo takes back

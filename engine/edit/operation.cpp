@@ -18,8 +18,15 @@ constexpr double kMostSmoothReach = 64.0; // samples
 // Checks what the reader of stroke files ensures: operations made in code are checked here alone.
 Result<void> check_values(const Operation& op) {
     const char* name = name_of(op.kind);
-    if (op.on_labels() && op.kind != OperationKind::erase && op.label == 0)
+    if (op.names_label() && op.label == 0)
         return fail("{}: expected a label from 1 to 65535, found 0", name);
+    for (size_t i = 0; i < op.spared.size(); ++i)
+        if (op.spared[i] == 0 || (i > 0 && op.spared[i - 1] >= op.spared[i]))
+            return fail("{}: expected spared labels from 1 on that rise, found {}{}", name,
+                        op.spared[i],
+                        i > 0 ? fmt::format(" after {}", op.spared[i - 1]) : std::string());
+    if (op.names_label() && op.spares(op.label))
+        return fail("{}: label {} is locked", name, op.label);
     using enum OperationKind;
     const bool by_neighbours =
         op.kind == erode || op.kind == dilate || op.kind == fill || op.kind == islands;
@@ -61,8 +68,12 @@ const char* name_of(OperationKind kind) {
     return kNames[static_cast<size_t>(kind)];
 }
 
-bool Operation::is_free(uint32_t value) const {
+bool Operation::is_over(uint32_t value) const {
     return !over || std::find(over->begin(), over->end(), value) != over->end();
+}
+
+bool Operation::spares(uint32_t label) const {
+    return std::binary_search(spared.begin(), spared.end(), label);
 }
 
 Operation settled(Operation operation, const Volume& volume) {
@@ -80,11 +91,17 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
     if (operation.on_labels()) {
         if (type != ScalarType::u8 && type != ScalarType::u16)
             return fail("{}: expected labels stored as u8 or u16, found {}", name, name_of(type));
-        if (operation.only_values && !guide)
-            return fail("{}: only_values needs a guide, a volume of grey values", name);
-        if (operation.only_values)
-            if (const Result<void> serves = check_guide(*guide, volume); !serves)
-                return fail("{}: {}", name, serves.error().message);
+    }
+    if (operation.needs_guide()) {
+        const bool on_labels = operation.on_labels();
+        if (!guide)
+            return fail("{}: {} needs a guide, a volume of {}", name,
+                        on_labels ? "only_values" : "spared", on_labels ? "grey values" : "labels");
+        if (!on_labels && guide->type() != ScalarType::u8 && guide->type() != ScalarType::u16)
+            return fail("{}: spared: expected labels stored as u8 or u16, found {}", name,
+                        name_of(guide->type()));
+        if (const Result<void> serves = check_guide(*guide, volume); !serves)
+            return fail("{}: {}", name, serves.error().message);
     }
     if (!operation.on_labels() && operation.to_value) {
         const auto [least, most] = visit_scalar(type, [](auto t) {

@@ -19,7 +19,7 @@ namespace palpate {
 //
 // L is `label`. N(p) is p's 6, 18 or 26 neighbours within the volume: what would lie outside does
 // not count, neither for nor against. "Free" samples are those that may be overwritten: `over`
-// lists their labels; without it, all are.
+// lists their labels; without it, all are. Samples with a label in `spared` are never free.
 //
 // On labels (u8, u16; a map of u8 becomes u16 with the first sample of an L above 255):
 //   draw     free samples become L
@@ -52,6 +52,10 @@ namespace palpate {
 // With `only_values` samples count as part of T only where a grey volume lies in this range, ends
 // included (threshold paint): a guide of the same size for labels, S' itself for grey values.
 //
+// `spared` are locked labels. No sample of one changes and no sample gets one; an operation on grey
+// values leaves out of T the samples where its guide, a label map of the same size, has one of
+// them. All other samples change as they would without it.
+//
 // Gradients are never stored: shading, meshing and touch compute them from the snapshot they read,
 // so gradients near a change are always current.
 enum class OperationKind { draw, erase, erode, dilate, smooth, fill, islands, cut, mill };
@@ -74,6 +78,7 @@ struct Operation {
     double radius_mm = 1.0;                    // of smooth
     double smallest_mm3 = 1.0;                 // of islands
     std::optional<std::pair<double, double>> only_values;
+    std::vector<uint16_t> spared;   // rising, from 1 on
     std::optional<double> to_value; // of cut and mill; within the range of the volume's type
     Walls walls = Walls::smooth;    // of cut and mill
     // Smooth walls: the iso-value whose surface is to be the tool's own. Without it, and where
@@ -87,7 +92,13 @@ struct Operation {
     bool by_region() const { // needs all of T, and so happens at tool-up
         return kind == OperationKind::fill || kind == OperationKind::islands;
     }
-    bool is_free(uint32_t value) const;
+    bool is_free(uint32_t value) const { return is_over(value) && !spares(value); }
+    bool is_over(uint32_t value) const; // in `over`
+    bool spares(uint32_t label) const;
+    bool names_label() const { return on_labels() && kind != OperationKind::erase; }
+    // Whether it reads another volume: grey values for only_values on labels, labels for spared
+    // ones on grey values.
+    bool needs_guide() const { return on_labels() ? only_values.has_value() : !spared.empty(); }
     friend bool operator==(const Operation&, const Operation&) = default;
 };
 
@@ -99,7 +110,8 @@ const char* name_of(OperationKind kind);
 Operation settled(Operation operation, const Volume& volume);
 
 // Why an operation cannot be done on a volume: a member out of the ranges above, the volume's type,
-// or (for only_values on labels) a guide that is missing or does not serve (check_guide()).
+// a label L that is spared, or a guide that it needs and that is missing or does not serve
+// (check_guide()).
 Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide);
 
 // Why a guide does not serve a volume: another size, or samples that lie elsewhere in the patient

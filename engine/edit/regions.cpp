@@ -61,10 +61,13 @@ void RegionSearch::finish(VolumeEdit& edit) {
     if (!open_ && (fill || volume_mm3 < operation_.smallest_mm3))
         for (const glm::ivec3 index : component_) {
             const glm::uvec3 i(index);
+            const auto had = static_cast<uint16_t>(before_.value(i));
             if (!fill)
                 edit.set(i, 0.0);
-            else if (operation_.is_free(static_cast<uint32_t>(before_.value(i))))
+            else if (operation_.is_free(had))
                 edit.set(i, operation_.label);
+            else if (operation_.is_over(had) && (met_spared_ == 0 || had < met_spared_))
+                met_spared_ = had;
         }
     component_.clear();
     looked_at_ = 0;

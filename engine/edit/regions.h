@@ -21,6 +21,7 @@ class RegionSearch {
     // Works until all is done (true) or go_on says false. Writes to `edit`, which may be another
     // one each time.
     bool work(VolumeEdit& edit, const std::function<bool()>& go_on);
+    uint16_t met_spared() const { return met_spared_; } // StrokeRun::met_spared()
 
  private:
     bool member(glm::ivec3 index) const; // a label that components consist of
@@ -39,6 +40,7 @@ class RegionSearch {
     std::vector<glm::ivec3> component_;
     size_t looked_at_ = 0; // of the component
     bool open_ = false, searching_ = false;
+    uint16_t met_spared_ = 0;
 };
 
 } // namespace palpate

@@ -35,9 +35,13 @@ std::string why_idle(const Stroke& stroke, const Volume& volume, uint64_t sample
     if (!have_common_point(both, slack_mm(volume.grid())))
         return fmt::format("its tool stays within {}, and the volume lies elsewhere, within {}",
                            text_of(way), text_of(world_box(volume.grid())));
+    const Operation& operation = stroke.operation;
+    if (samples == 0 && operation.only_values)
+        return "no sample with a value of only_values is in its tool";
     if (samples == 0)
-        return stroke.operation.only_values ? "no sample with a value of only_values is in its tool"
-                                            : "no sample is in its tool";
+        return operation.on_labels() || operation.spared.empty()
+                   ? "no sample is in its tool"
+                   : "no sample beside the locked labels is in its tool";
     return fmt::format("'{}' finds nothing to change in the {} samples within its tool",
                        name_of(stroke.operation.kind), samples);
 }

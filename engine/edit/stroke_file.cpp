@@ -91,30 +91,30 @@ Operation read_operation(const JsonValue& in) {
                                            {"mill", mill}});
     switch (op.kind) {
         case draw:
-            in.only_keys({"kind", "only_values", "label", "over"});
+            in.only_keys({"kind", "only_values", "spared", "label", "over"});
             break;
         case erase:
-            in.only_keys({"kind", "only_values", "over"});
+            in.only_keys({"kind", "only_values", "spared", "over"});
             break;
         case erode:
-            in.only_keys({"kind", "only_values", "label", "neighbours"});
+            in.only_keys({"kind", "only_values", "spared", "label", "neighbours"});
             break;
         case dilate:
         case fill:
-            in.only_keys({"kind", "only_values", "label", "over", "neighbours"});
+            in.only_keys({"kind", "only_values", "spared", "label", "over", "neighbours"});
             break;
         case smooth:
-            in.only_keys({"kind", "only_values", "label", "over", "radius_mm"});
+            in.only_keys({"kind", "only_values", "spared", "label", "over", "radius_mm"});
             break;
         case islands:
-            in.only_keys({"kind", "only_values", "label", "neighbours", "smallest_mm3"});
+            in.only_keys({"kind", "only_values", "spared", "label", "neighbours", "smallest_mm3"});
             break;
         case cut:
-            in.only_keys({"kind", "only_values", "to_value", "walls", "surface_value"});
+            in.only_keys({"kind", "only_values", "spared", "to_value", "walls", "surface_value"});
             break;
         case mill:
-            in.only_keys({"kind", "only_values", "to_value", "walls", "surface_value", "falloff_mm",
-                          "rate_per_s"});
+            in.only_keys({"kind", "only_values", "spared", "to_value", "walls", "surface_value",
+                          "falloff_mm", "rate_per_s"});
             break;
     }
     if (uint32_t label = 0; in.take("label", label, 1, 65535))
@@ -124,6 +124,12 @@ Operation read_operation(const JsonValue& in) {
         for (const JsonValue& item : over->items(0, 65536))
             op.over->push_back(static_cast<uint16_t>(item.whole_number(0, 65535)));
     }
+    if (const auto spared = in.find("spared"))
+        for (const JsonValue& item : spared->items(0, 65535)) {
+            op.spared.push_back(static_cast<uint16_t>(item.whole_number(1, 65535)));
+            if (op.spared.size() > 1 && op.spared[op.spared.size() - 2] >= op.spared.back())
+                item.complain("expected labels that rise");
+        }
     if (const auto n = in.find("neighbours")) {
         op.neighbours = static_cast<int>(n->whole_number(0, 100));
         if (op.neighbours != 6 && op.neighbours != 18 && op.neighbours != 26)
@@ -171,6 +177,8 @@ Json operation_json(const Operation& op) {
     add(k == erode || k == dilate || k == fill || k == islands, "neighbours", op.neighbours);
     add(k == smooth, "radius_mm", op.radius_mm);
     add(k == islands, "smallest_mm3", op.smallest_mm3);
+    if (!op.spared.empty())
+        add(true, "spared", op.spared);
     if (op.only_values)
         add(true, "only_values", Json{op.only_values->first, op.only_values->second});
     if (op.to_value)

@@ -23,6 +23,11 @@ bool has_data(T value) {
     return value == value;
 }
 
+void note_met(uint16_t& lowest, uint16_t label) {
+    if (label != 0 && (lowest == 0 || label < lowest))
+        lowest = label;
+}
+
 struct Bounds { // of the samples of a mask, both ends included
     glm::ivec3 low{kBrickSide}, high{-1};
 };
@@ -85,6 +90,7 @@ struct StrokeRun::Touched {
     std::vector<double> dose;   // of mill: seconds
     std::vector<float> samples; // of smooth walls: the distance from T, in samples
     uint64_t newly_seen = 0;    // by the last search
+    uint16_t met_spared = 0;    // by the last slice of work
     std::vector<std::shared_ptr<const Segment>> waiting;
 };
 
@@ -103,10 +109,14 @@ StrokeRun::StrokeRun(Volume before, Tool tool, Operation operation, std::optiona
       tool_(std::move(tool)),
       operation_(std::move(operation)),
       guide_(std::move(guide)),
-      free_(operation_.on_labels() ? 65536 : 0, operation_.over ? 0 : 1) {
+      freedoms_(operation_.on_labels() || !operation_.spared.empty() ? 65536 : 0,
+                operation_.on_labels() && operation_.over ? Freedom::none : Freedom::free) {
     if (operation_.on_labels() && operation_.over)
         for (const uint16_t label : *operation_.over)
-            free_[label] = 1;
+            freedoms_[label] = Freedom::free;
+    for (const uint16_t label : operation_.spared)
+        if (freedoms_[label] == Freedom::free)
+            freedoms_[label] = Freedom::spared;
 }
 
 StrokeRun::~StrokeRun() = default;
@@ -152,8 +162,7 @@ void StrokeRun::add_segment(const StrokePose& from, const StrokePose& to) {
 bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& stop) {
     const profile::Scope scope("edit bricks");
     PALPATE_ASSERT(!stopped_);
-    const bool names_label = operation_.on_labels() && operation_.kind != OperationKind::erase;
-    if (names_label && operation_.label > 255 && before_.type() == ScalarType::u8)
+    if (operation_.names_label() && operation_.label > 255 && before_.type() == ScalarType::u8)
         before_ = now_ = as_u16_labels(given_); // here, where samples that cannot be read are told
     while (!waiting_.empty()) {
         const size_t n = std::min(kBricksPerSlice, waiting_.size());
@@ -177,7 +186,9 @@ bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& 
     }
     if (!edit_)
         edit_.emplace(now_);
-    return regions_->work(*edit_, [&] { return !stop.stop_requested() && go_on(); });
+    const bool done = regions_->work(*edit_, [&] { return !stop.stop_requested() && go_on(); });
+    note_met(met_spared_, regions_->met_spared());
+    return done;
 }
 
 void StrokeRun::work_on(std::span<Touched* const> bricks, const std::stop_token& stop) {
@@ -201,6 +212,8 @@ void StrokeRun::work_on(std::span<Touched* const> bricks, const std::stop_token&
                 change<T>(*bricks[i], fresh[i], out[i], stop);
         });
     });
+    for (Touched* const brick : bricks)
+        note_met(met_spared_, std::exchange(brick->met_spared, 0));
 }
 
 void StrokeRun::find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const {
@@ -219,6 +232,8 @@ void StrokeRun::find_samples(Touched& brick, SampleMask& fresh, const std::stop_
         fresh = first_seen;
     keep_values(first_seen, brick.position);
     keep_values(fresh, brick.position);
+    keep_unspared(brick, first_seen);
+    keep_unspared(brick, fresh);
     brick.newly_seen = first_seen.count();
     if (operation_.by_region())
         for (size_t i = 0; i < fresh.rows.size(); ++i)
@@ -301,6 +316,28 @@ void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
         }
 }
 
+// Of grey values: without the samples under spared labels.
+void StrokeRun::keep_unspared(Touched& brick, SampleMask& mask) const {
+    if (operation_.on_labels() || operation_.spared.empty() || mask.empty())
+        return;
+    const Brick& labels = guide_->brick(brick.position);
+    const Brick::Pinned pinned = labels.pin();
+    for (uint32_t z = 0; z < kBrickSide; ++z)
+        for (uint32_t y = 0; y < kBrickSide; ++y) {
+            uint32_t& row = mask.row(y, z);
+            uint32_t kept = row;
+            for_each_bit(row, [&](uint32_t x) {
+                const auto label =
+                    static_cast<uint16_t>(labels.value(pinned, offset_in_brick({x, y, z})));
+                if (freedoms_[label] != Freedom::spared)
+                    return;
+                kept &= ~(uint32_t{1} << x);
+                note_met(brick.met_spared, label);
+            });
+            row = kept;
+        }
+}
+
 // A cut brings a sample to this value; a mill brings none beyond it.
 double StrokeRun::wall_value(const Touched& brick, double value, glm::ivec3 place) const {
     const double to = *operation_.to_value;
@@ -312,7 +349,7 @@ double StrokeRun::wall_value(const Touched& brick, double value, glm::ivec3 plac
 }
 
 template <class T>
-void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<T> out,
+void StrokeRun::change(Touched& brick, const SampleMask& fresh, std::span<T> out,
                        const std::stop_token& stop) const {
     const Brick& source = before_.brick(brick.position);
     const BrickSamples<T> in = source.samples<T>();
@@ -328,7 +365,13 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
                 });
     };
     const auto label = static_cast<T>(op.label);
-    const auto is_free = [&](T v) { return free_[static_cast<uint16_t>(v)] != 0; };
+    // Asked of samples that change if it says so.
+    const auto may_change = [&](T v) {
+        const Freedom freedom = freedoms_[static_cast<uint16_t>(v)];
+        if (freedom == Freedom::spared)
+            note_met(brick.met_spared, static_cast<uint16_t>(v));
+        return freedom == Freedom::free;
+    };
     // The labels that samples of this brick read, `reach` around them.
     const auto labels_around = [&](glm::ivec3 reach) {
         const Bounds bounds = bounds_of(fresh);
@@ -340,9 +383,9 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
     };
     switch (op.kind) {
         case OperationKind::draw:
-            return for_all([&](T v, glm::ivec3) { return is_free(v) ? label : v; });
+            return for_all([&](T v, glm::ivec3) { return may_change(v) ? label : v; });
         case OperationKind::erase:
-            return for_all([&](T v, glm::ivec3) { return is_free(v) ? T{0} : v; });
+            return for_all([&](T v, glm::ivec3) { return may_change(v) ? T{0} : v; });
         case OperationKind::cut:
             return for_all([&](T v, glm::ivec3 p) {
                 return has_data(v) ? nearest_stored<T>(wall_value(brick, double(v), p)) : v;
@@ -363,12 +406,12 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
             for (const glm::ivec3 o : neighbour_offsets(op.neighbours))
                 steps.push_back(o.x + ptrdiff_t(box.size.x) * (o.y + ptrdiff_t(box.size.y) * o.z));
             return for_all([&](T v, glm::ivec3 p) {
-                if (erode ? v != label : v == label || !is_free(v))
+                if ((v == label) != erode)
                     return v;
                 const int32_t* here = box.values.data() + box.at(p);
                 for (const ptrdiff_t step : steps)
                     if (erode ? here[step] >= 0 && here[step] != op.label : here[step] == op.label)
-                        return erode ? T{0} : label;
+                        return erode ? T{0} : may_change(v) ? label : v;
                 return v;
             });
         }
@@ -410,7 +453,7 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
                 for (const Row& row : ball)
                     excess += box.values[box.at(p + glm::ivec3(row.last, row.y, row.z))] -
                               box.values[box.at(p + glm::ivec3(row.first - 1, row.y, row.z))];
-                if (excess > 0 && is_free(v))
+                if (excess > 0 && v != label && may_change(v))
                     return label;
                 return excess < 0 && v == label ? T{0} : v;
             });

@@ -24,8 +24,8 @@ class RegionSearch;
 // thread calls this; work() uses all cores.
 class StrokeRun {
  public:
-    // Fails as check(operation, ...) does, and does it settled(). A guide serves only_values on
-    // labels.
+    // Fails as check(operation, ...) does, and does it settled(). The guide is for an operation
+    // that needs_guide().
     static Result<std::unique_ptr<StrokeRun>> start(Volume before, Tool tool, Operation operation,
                                                     std::optional<Volume> guide = {});
     ~StrokeRun();
@@ -51,6 +51,8 @@ class StrokeRun {
     const Volume& before() const { return given_; }
 
     uint64_t samples_seen() const { return samples_seen_; } // in T, each once
+    // The lowest spared label of which a sample would have changed otherwise, so far; 0: none.
+    uint16_t met_spared() const { return met_spared_; }
 
  private:
     struct Segment { // between two poses
@@ -58,6 +60,7 @@ class StrokeRun {
         Sweep sweep;
     };
     struct Touched;
+    enum class Freedom : uint8_t { none, spared, free }; // spared: free, were it not locked
     StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide);
     void add_segment(const StrokePose& from, const StrokePose& to);
     void work_on(std::span<Touched* const> bricks, const std::stop_token& stop);
@@ -67,9 +70,10 @@ class StrokeRun {
     void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
                   const std::stop_token& stop) const;
     void keep_values(SampleMask& mask, glm::uvec3 brick) const;
+    void keep_unspared(Touched& brick, SampleMask& mask) const;
     double wall_value(const Touched& brick, double value, glm::ivec3 place) const;
     template <class T>
-    void change(const Touched& brick, const SampleMask& fresh, std::span<T> out,
+    void change(Touched& brick, const SampleMask& fresh, std::span<T> out,
                 const std::stop_token& stop) const;
 
     const Volume given_;  // as it was at tool-down
@@ -77,7 +81,7 @@ class StrokeRun {
     Tool tool_;
     Operation operation_;
     std::optional<Volume> guide_;
-    std::vector<uint8_t> free_; // by label
+    std::vector<Freedom> freedoms_; // by label
     std::optional<StrokePose> last_;
     bool lifted_ = false;
     bool stopped_ = false; // somewhere within a slice
@@ -86,6 +90,7 @@ class StrokeRun {
     std::unique_ptr<RegionSearch> regions_; // of fill and islands, from tool-up on
     std::optional<VolumeEdit> edit_;
     uint64_t samples_seen_ = 0;
+    uint16_t met_spared_ = 0;
 };
 
 // A whole stroke at once.

@@ -23,7 +23,7 @@ std::vector<bool> table_of(std::span<const uint16_t> labels) {
 } // namespace
 
 Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<const uint16_t> of,
-                           std::span<const uint16_t> locked, const Task& task) {
+                           const Task& task) {
     if (map.grid() != found.grid())
         return fail(
             "expected a label map on the grid of the volume that is segmented, found another "
@@ -31,10 +31,7 @@ Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<con
     for (const Volume* volume : {&map, &found})
         if (!is_label_type(volume->type()))
             return fail("expected labels of type u8 or u16, found {}", name_of(volume->type()));
-    std::vector<bool> goes = table_of(of);
-    const std::vector<bool> stays = table_of(locked);
-    for (const uint16_t label : locked)
-        goes[label] = false;
+    const std::vector<bool> goes = table_of(of);
     const ScalarType type = found.range().max > 255.0f ? ScalarType::u16 : map.type();
     std::atomic<bool> any = type != map.type();
     Result<Volume> made = make_bricks(map.grid(), type, task, [&](glm::uvec3 at) {
@@ -44,9 +41,7 @@ Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<con
         bool changed = type != map.type();
         for (uint32_t i = 0; i < kBrickSamples; ++i) {
             const uint16_t had = before[i], gets = after[i];
-            uint16_t label = goes[had] ? 0 : had;
-            if (gets != 0 && !stays[had] && !stays[gets])
-                label = gets;
+            const uint16_t label = gets != 0 ? gets : goes[had] ? 0 : had;
             changed |= label != had;
             after[i] = label;
         }

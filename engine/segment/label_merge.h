@@ -8,11 +8,11 @@
 namespace palpate {
 
 // A label map with what a method found put in: samples of the labels `of` (those that were
-// segmented) become 0 first, then samples that `found` gives a label take it. Samples of `locked`
-// labels keep theirs, and no sample becomes one of them. The result has the type of the map, or u16
-// where a label above 255 comes in. Bricks that do not change stay shared; where none does, it is
-// the map itself. Refused: maps of two grids, or of another type than u8 and u16.
+// segmented) become 0 first, then samples that `found` gives a label take it. The result has the
+// type of the map, or u16 where a label above 255 comes in. Bricks that do not change stay shared;
+// where none does, it is the map itself. Refused: maps of two grids, or of another type than u8 and
+// u16.
 Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<const uint16_t> of,
-                           std::span<const uint16_t> locked, const Task& task);
+                           const Task& task);
 
 } // namespace palpate

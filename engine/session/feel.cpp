@@ -135,7 +135,7 @@ SessionSetup session_setup(Feel& feel) {
     for (std::optional<EditSetup>* edit : {&feel.edit, &feel.second_edit})
         if (*edit) {
             (*edit)->on = "volume";
-            (*edit)->guide = on_labels ? grey_name : "";
+            (*edit)->guide = on_labels ? grey_name : labels_name;
         }
     return {.document = std::move(document),
             .grey = grey_name,

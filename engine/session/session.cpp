@@ -198,14 +198,19 @@ Session::Eye::Sight Session::Eye::look() {
 void Session::bridge(const std::stop_token& stop) {
     profile::name_thread("bridge");
     using Time = Wake::Clock::time_point;
+    constexpr int64_t kAgain_ns = 10'000'000;
     while (!stop.stop_requested()) {
-        if (felt_.publish())
-            settle_wake_.wake();
-        const int64_t now_ns = profile::now_ns();
-        milling_.measure(now_ns, device_.speed_mm_per_s());
-        const int64_t lock_ns = device_.lock_bricks(now_ns, felt_.felt_volume(),
-                                                    bridge_parameters_.pin()->tool_radius_mm);
-        const int64_t due_ns = std::min(milling_.due_ns(), lock_ns);
+        int64_t due_ns = profile::now_ns() + kAgain_ns;
+        try {
+            if (felt_.publish())
+                settle_wake_.wake();
+            const int64_t now_ns = profile::now_ns();
+            milling_.measure(now_ns, device_.speed_mm_per_s());
+            const int64_t lock_ns = device_.lock_bricks(now_ns, felt_.felt_volume(),
+                                                        bridge_parameters_.pin()->tool_radius_mm);
+            due_ns = std::min(milling_.due_ns(), lock_ns);
+        } catch (const std::exception&) { // memory that ran out: the same once more
+        }
         bridge_wake_.wait(stop, due_ns == DeviceLink::kNever_ns
                                     ? std::nullopt
                                     : std::optional(Time(std::chrono::nanoseconds(due_ns))));

@@ -1,6 +1,8 @@
 #include "engine/session/surface_follower.h"
 
+#include <chrono>
 #include <cmath>
+#include <exception>
 #include <string>
 
 #include "engine/base/profile.h"
@@ -32,6 +34,16 @@ void SurfaceFollower::set_iso(float iso) {
     wake_.wake();
 }
 
+// A surface of which some blocks were made again, and others were not, is of no snapshot.
+void SurfaceFollower::follow(const Volume& volume) {
+    try {
+        surface_->update(volume);
+    } catch (const std::exception&) {
+        surface_.reset();
+        throw;
+    }
+}
+
 bool SurfaceFollower::update() {
     const float iso = iso_;
     if (std::isnan(iso))
@@ -56,7 +68,7 @@ bool SurfaceFollower::update() {
         else if (!goes_on)
             surface_.emplace(*volume, iso);
         else if (!surface_->volume().is_same_as(*volume))
-            surface_->update(*volume);
+            follow(*volume);
     }
     parts_.lag.reached(EditLag::Reader::mesh, state, profile::now_ns());
     meshed_iso_ = iso;
@@ -76,9 +88,14 @@ Mesh SurfaceFollower::mesh() {
 
 void SurfaceFollower::run(const std::stop_token& stop) {
     profile::name_thread("mesher");
+    constexpr std::chrono::milliseconds kAgain(10);
     while (!stop.stop_requested())
-        if (!update())
-            wake_.wait(stop);
+        try {
+            if (!update())
+                wake_.wait(stop);
+        } catch (const std::exception&) { // memory that ran out: a whole surface once more
+            wake_.wait(stop, Wake::Clock::now() + kAgain);
+        }
 }
 
 } // namespace palpate

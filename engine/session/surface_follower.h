@@ -44,6 +44,7 @@ class SurfaceFollower {
 
  private:
     void run(const std::stop_token& stop);
+    void follow(const Volume& volume);
 
     Parts parts_;
     Editor::Readers::Reader states_;

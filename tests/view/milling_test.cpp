@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/volume/builder.h"
 #include "haptics/sound/milling.h"
 #include "tests/view/viewer_fixture.h"
 
@@ -71,6 +72,105 @@ TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
     const glm::dvec3 spacing = spacing_mm(grid());
     const double gone_mm3 = static_cast<double>(gone) * spacing.x * spacing.y * spacing.z;
     EXPECT_NEAR(milling().removed_mm3, gone_mm3, 1e-9 * gone_mm3);
+}
+
+// Label 5 lies below a height.
+constexpr double kTop_mm = 25.0;
+Volume lower_label(const Grid& grid) {
+    return make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) {
+        return world_point(grid, glm::dvec3(i)).z <= kTop_mm ? 5.0 : 0.0;
+    });
+}
+
+// The hand goes through matter under a label, and stops at it where the label is locked.
+TEST_F(MillingTest, ALockedLabelIsFeltAndStays) {
+    for (const bool locked : {false, true}) {
+        open("synthetic:ball?size=64", {800, 600}, drilling_hand());
+        Session& session = viewer().work().session();
+        session.put({Work::kLabels, VolumeKind::labels, lower_label(grid())}, "labels");
+        const NotePages pages = session.state().document.notes;
+        Notes notes = notes_of(pages).value();
+        if (locked)
+            notes.locked_labels = {5};
+        session.note(changes_between(pages, pages_of(notes)), "label locks");
+        frame({});
+        frame({});
+        const Volume before = *volume(Work::kGrey);
+        key("x");
+        double lowest_mm = 1e9;
+        bool is_told = false;
+        for (int i = 0; i < 70; ++i) {
+            wait(0.1);
+            if (const auto& now = viewer().work().hand().touch().now())
+                lowest_mm = std::min(lowest_mm, now->proxy.position_mm.z);
+            is_told = is_told ||
+                      viewer().interface().message().find("label 5 is locked") != std::string::npos;
+        }
+        const Volume after = *volume(Work::kGrey);
+        size_t above = 0, below = 0; // samples that have changed
+        for (uint32_t z = 0; z < grid().size.z; ++z)
+            for (uint32_t y = 0; y < grid().size.y; ++y)
+                for (uint32_t x = 0; x < grid().size.x; ++x) {
+                    const double z_mm = world_point(grid(), glm::dvec3(x, y, z)).z;
+                    const bool is_other = before.value({x, y, z}) != after.value({x, y, z});
+                    (z_mm <= kTop_mm ? below : above) += is_other;
+                }
+        EXPECT_GT(above, 0u);
+        EXPECT_EQ(below > 0, !locked);
+        EXPECT_EQ(is_told, locked);
+        // The surface lies between the last sample that goes and the first that stays.
+        const double spacing_z_mm = spacing_mm(grid()).z;
+        if (locked) {
+            EXPECT_GT(lowest_mm, kTop_mm - spacing_z_mm);
+        } else {
+            EXPECT_LT(lowest_mm, kTop_mm - 4.0 * spacing_z_mm);
+        }
+    }
+}
+
+TEST_F(MillingTest, TheRemovedVolumeIsToldOfEachLabelAndFollowsUndo) {
+    open("synthetic:ball?size=64", {800, 600}, drilling_hand());
+    Session& session = viewer().work().session();
+    const Volume labels = lower_label(grid());
+    session.put({Work::kLabels, VolumeKind::labels, labels}, "labels");
+    const Volume before = *volume(Work::kGrey);
+    key("x");
+    wait(8.0);
+    ASSERT_FALSE(viewer().work().hand().touch().running()) << "the path is over";
+    const double iso = session.parameters().iso;
+    const glm::dvec3 spacing = spacing_mm(grid());
+    const double sample_ml = 1e-3 * spacing.x * spacing.y * spacing.z;
+    const auto expect_removed = [&](const Volume& from) { // by all samples of the two volumes
+        const Volume now = *volume(Work::kGrey);
+        double none_ml = 0.0, five_ml = 0.0;
+        for (uint32_t z = 0; z < grid().size.z; ++z)
+            for (uint32_t y = 0; y < grid().size.y; ++y)
+                for (uint32_t x = 0; x < grid().size.x; ++x)
+                    if (from.value({x, y, z}) >= iso && now.value({x, y, z}) < iso)
+                        (labels.value({x, y, z}) == 5.0f ? five_ml : none_ml) += sample_ml;
+        const Json removed = viewer().dump()["removed_ml"];
+        const auto ml = [&](const char* key) {
+            const Json* const found = removed.find(key);
+            return found ? found->number : 0.0;
+        };
+        EXPECT_NEAR(ml("0"), none_ml, 1e-9);
+        EXPECT_NEAR(ml("5"), five_ml, 1e-9);
+        EXPECT_NEAR(ml("all"), none_ml + five_ml, 1e-9);
+        return none_ml + five_ml;
+    };
+    EXPECT_GT(expect_removed(before), 0.0);
+    const Volume drilled = *volume(Work::kGrey);
+    session.undo();
+    session.settle();
+    EXPECT_EQ(expect_removed(before), 0.0);
+    session.redo();
+    session.settle();
+    EXPECT_GT(expect_removed(before), 0.0);
+    click_widget("removed/reset");
+    EXPECT_EQ(expect_removed(drilled), 0.0);
+    session.undo(); // beyond the reset: matter that comes back is not removed
+    session.settle();
+    EXPECT_EQ(expect_removed(drilled), 0.0);
 }
 
 TEST_F(MillingTest, DustIsSeenWhereItIsWanted) {

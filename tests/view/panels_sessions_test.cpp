@@ -125,9 +125,13 @@ const RecordedSteps kSessions[] = {
      R"({"label_styles": {"1": {"visible": true}}, "message": "undone: looks of labels"})"},
     {"label_unlocked", "section labels; widget labels/lock/1; widget labels/lock/1",
      R"({"locked_labels": []})"},
-    {"locked_label_is_drawn_where_no_locked_label_lies",
+    {"locked_label_is_not_added_to",
      "section labels; widget labels/lock/1; key b; at axial 10 20; click left",
-     R"({"label_counts": {"1": 1}, "undo_steps": 2})"},
+     R"({"label_counts": {"1": null}, "undo_steps": 1, "message": "draw: label 1 is locked"})"},
+    {"locked_label_is_named_by_a_stroke_that_meets_it",
+     "key b; at axial 10 20; click left; section labels; widget labels/name; type skull; widget "
+     "labels/lock/1; section brush; widget tool/label 0.8; at axial 10 20; click left; idle",
+     R"({"label_counts": {"1": 1, "2": null}, "message": "label 1 skull is locked and stays"})"},
     {"locked_label_is_not_painted_over",
      "key b; at axial 10 20; click left; section labels; widget labels/lock/1; "
      "section brush; widget tool/label 0.8; at axial 10 20; click left; at axial 40 20; click left",

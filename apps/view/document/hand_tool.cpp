@@ -36,7 +36,7 @@ palpate::Tool tool_of(const Json& shape) {
 }
 
 bool ToolRack::hold(Session& session, EditSetup setup, uint8_t tool) {
-    Held wanted{setup.shape, setup.operation, setup.on, session.parameters().iso};
+    Held wanted{setup.shape, setup.operation, setup.on, setup.guide, session.parameters().iso};
     if (held_[tool] == wanted)
         return true;
     if (!session.use(std::move(setup), tool))

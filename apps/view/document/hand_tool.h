@@ -26,7 +26,7 @@ class ToolRack {
     struct Held {
         Json shape;
         Operation operation;
-        std::string on;
+        std::string on, guide;
         double iso = 0.0; // smooth walls take it (Session::use())
         friend bool operator==(const Held&, const Held&) = default;
     };

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "apps/view/document/free_name.h"
+#include "engine/base/failure.h"
 #include "engine/io/labels_write.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
@@ -72,7 +73,8 @@ void LabelExport::begin(uint16_t label, const std::string& path) {
     const auto file = std::filesystem::absolute(free_name(path), ignored);
     done_ = std::async(std::launch::async, [labels = *labels, label, file, stop = stop_.get_token(),
                                             names = all_names(document_.notes().known())] {
-        return export_labels(labels, label, file, stop, names);
+        return attempt(file.string(),
+                       [&] { return export_labels(labels, label, file, stop, names); });
     });
     document_.tell(fmt::format("writing {} ..", file.string()));
 }

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <future>
 
+#include "engine/base/failure.h"
+#include "engine/edit/spared.h"
 #include "engine/program/surface_labels.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/mesh_fit.h"
@@ -20,6 +22,7 @@ struct MeshPulling::MeshRun {
         const char *step = "", *told = "";
         const char* unchanged = nullptr;      // else, where no sample changes; null: the same words
         bool is_of_mesh = false;              // that is pulled, and then is done with
+        uint16_t met_locked = 0;              // Spared::met; start() finds it
         uint64_t count_before = 0, count = 0; // of the label's samples; start() counts
         bool is_unchanged = false;            // start() looks
     };
@@ -30,6 +33,7 @@ struct MeshPulling::MeshRun {
 
     uint16_t label;
     Volume before; // the labels that it reads
+    std::vector<uint16_t> locked;
     std::stop_source stop{};
     std::atomic<double> share{0.0};
     std::future<Result<Done>> done{}; // last: its thread ends before the rest goes
@@ -45,19 +49,24 @@ std::optional<double> MeshPulling::share() const {
 // Runs `work` on the labels, on a thread of its own if there are threads.
 template <class Make>
 void MeshPulling::start(uint16_t label, Make make) {
-    run_.reset(new MeshRun{label, document_.labels_or_empty()});
-    run_->done = std::async(document_.threaded() ? std::launch::async : std::launch::deferred,
-                            [run = run_.get(), make] {
-                                Result<MeshRun::Done> done = make(*run);
-                                if (done && done->labels) {
-                                    done->count_before = count_labels(run->before)[run->label];
-                                    done->count = count_labels(*done->labels)[run->label];
-                                    done->is_unchanged =
-                                        done->labels->is_same_as(run->before) ||
-                                        content_hash(*done->labels) == content_hash(run->before);
-                                }
-                                return done;
-                            });
+    run_.reset(
+        new MeshRun{label, document_.labels_or_empty(), document_.notes().known().locked_labels});
+    const auto work = [run = run_.get(), make]() -> Result<MeshRun::Done> {
+        PALPATE_TRY(MeshRun::Done done, make(*run));
+        if (!done.labels)
+            return done;
+        Spared kept = sparing(run->before, *done.labels, run->locked);
+        done.labels = std::move(kept.labels);
+        done.met_locked = kept.met;
+        done.count_before = count_labels(run->before)[run->label];
+        done.count = count_labels(*done.labels)[run->label];
+        done.is_unchanged = done.labels->is_same_as(run->before) ||
+                            content_hash(*done.labels) == content_hash(run->before);
+        return done;
+    };
+    run_->done =
+        std::async(document_.threaded() ? std::launch::async : std::launch::deferred,
+                   [work, label] { return attempt(fmt::format("label {}", label), work); });
     if (!document_.threaded())
         run_->done.wait();
     poll();
@@ -72,20 +81,16 @@ void MeshPulling::make(uint16_t label) {
     });
 }
 
-void MeshPulling::apply(const ViewState& state) {
+void MeshPulling::apply() {
     if (run_ || !mesh_)
         return;
-    start(mesh_->label(),
-          [mesh = mesh_->mesh(),
-           locked = state.notes.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
-              PALPATE_TRY(const Volume found, rasterised(mesh, run.before.grid(), run.label,
-                                                         run.task().part(0.0, 0.8)));
-              const uint16_t of[] = {run.label};
-              PALPATE_TRY(Volume labels,
-                          with_labels(run.before, found, of, locked, run.task().part(0.8, 1.0)));
-              return MeshRun::Done{{},  std::move(labels), "pulled mesh", "by the mesh", nullptr,
-                                   true};
-          });
+    start(mesh_->label(), [mesh = mesh_->mesh()](MeshRun& run) -> Result<MeshRun::Done> {
+        PALPATE_TRY(const Volume found,
+                    rasterised(mesh, run.before.grid(), run.label, run.task().part(0.0, 0.8)));
+        const uint16_t of[] = {run.label};
+        PALPATE_TRY(Volume labels, with_labels(run.before, found, of, run.task().part(0.8, 1.0)));
+        return MeshRun::Done{{}, std::move(labels), "pulled mesh", "by the mesh", nullptr, true};
+    });
 }
 
 void MeshPulling::drop() {
@@ -124,6 +129,8 @@ void MeshPulling::poll() {
         document_.tell(fmt::format("label {}: {:.1f} ml {}, {:.1f} ml before", run->label,
                                    ml * static_cast<double>(done->count), done->told,
                                    ml * static_cast<double>(done->count_before)));
+        if (done->met_locked != 0)
+            document_.tell_also(document_.locked_text(done->met_locked));
         if (done->is_of_mesh)
             mesh_.reset();
     }

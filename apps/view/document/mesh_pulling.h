@@ -17,8 +17,8 @@ class MeshPulling {
     ~MeshPulling(); // stops what runs, and waits
 
     void make(uint16_t label);
-    void apply(const ViewState& state); // puts it into its label, but for locked ones
-    void drop();                        // or what makes it
+    void apply(); // puts it into its label, but for locked ones
+    void drop();  // or what makes it
     void change(const ViewState& state, const LabelChange& change); // the label that is drawn
     void poll();                                                    // for each frame
 

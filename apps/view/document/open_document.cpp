@@ -92,6 +92,10 @@ std::string OpenDocument::name_of_label(uint32_t label) const {
     return numbered_name(notes_.known(), label);
 }
 
+std::string OpenDocument::locked_text(uint16_t label) const {
+    return fmt::format("label {} is locked and stays", name_of_label(label));
+}
+
 std::optional<double> OpenDocument::label_sample_mm3() {
     const std::optional<Volume> there = labels();
     return there ? std::optional(sample_mm3(there->grid())) : std::nullopt;
@@ -120,7 +124,7 @@ std::string OpenDocument::text_at(glm::dvec3 point_mm) {
 bool OpenDocument::put_labels(Volume labels, std::string step, Json parameters,
                               NotePages::Texts notes) {
     return session_.put({labels_, VolumeKind::labels, std::move(labels)}, std::move(step),
-                        std::move(parameters), std::move(notes));
+                        std::move(parameters), std::move(notes), notes_.known().locked_labels);
 }
 
 bool OpenDocument::make_labels() {
@@ -147,8 +151,8 @@ void OpenDocument::take_labels(LoadedVolume labels) {
         if (name.color)
             set_style(notes, name.label, {*name.color, true});
     }
-    if (!put_labels(std::move(labels.volume), "labels of a file", Json::object(),
-                    notes_.changes_to(notes)))
+    if (!session_.put({labels_, VolumeKind::labels, std::move(labels.volume)}, "labels of a file",
+                      Json::object(), notes_.changes_to(notes)))
         return;
     notes_.expect_change();
     tell("labels read from the file");

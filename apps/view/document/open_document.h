@@ -55,13 +55,15 @@ class OpenDocument {
     Volume labels_or_empty();
     bool has_labels();                               // any samples of a label
     std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where it has a name
+    std::string locked_text(uint16_t label) const;   // "label 7 kidney is locked and stays"
     std::optional<double> label_sample_mm3();        // that a sample of labels stands for
     // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
     std::string text_at(glm::dvec3 point_mm);
 
     const std::string& grey_name() const { return grey_; }
     const std::string& labels_name() const { return labels_; }
-    // Labels become these, as one step. False, as of all commands: too many at once.
+    // Labels become these, as one step; locked labels stay (Editor::put()). False, as of all
+    // commands: too many at once.
     bool put_labels(Volume labels, std::string step, Json parameters = Json::object(),
                     NotePages::Texts notes = {});
     // Empty ones, where there are none.
@@ -97,7 +99,8 @@ class OpenDocument {
     std::optional<FusionLayer> fusion_;
 };
 
-// Whether a person has locked a label: no tool takes samples away from it.
+// Whether a person has locked a label: no tool changes its samples, adds to it, or changes the grey
+// values under it.
 bool is_locked(const ViewState& state, uint16_t label);
 
 } // namespace palpate::view

@@ -77,6 +77,7 @@ struct StartHand {
 struct StopHand : Bare {};
 struct ArmHand : Bare {};
 struct DisarmHand : Bare {};
+struct ResetRemoved : Bare {}; // material that tools have taken away counts from here
 
 // The label that is drawn changes as a whole, or becomes a mesh that is pulled and becomes the
 // label again.
@@ -135,14 +136,13 @@ struct StopScript : Bare {}; // the recording
 } // namespace order
 
 // Those that the document obeys.
-using DocumentOrder =
-    std::variant<order::StrokeDown, order::StrokeMove, order::StrokeUp, order::StrokeCancel,
-                 order::Undo, order::Redo, order::Save, order::ExportMeasures, order::ExportLabels,
-                 order::ExportMesh, order::StopMesh, order::Tell, order::Segment,
-                 order::StopSegmenting, order::Bound, order::ClearSeeds, order::FillWire,
-                 order::StartHand, order::StopHand, order::ArmHand, order::DisarmHand,
-                 order::ChangeLabel, order::MakeMesh, order::ApplyMesh, order::DropMesh,
-                 order::PullDown, order::PullMove, order::PullUp, order::PullCancel>;
+using DocumentOrder = std::variant<
+    order::StrokeDown, order::StrokeMove, order::StrokeUp, order::StrokeCancel, order::Undo,
+    order::Redo, order::Save, order::ExportMeasures, order::ExportLabels, order::ExportMesh,
+    order::StopMesh, order::Tell, order::Segment, order::StopSegmenting, order::Bound,
+    order::ClearSeeds, order::FillWire, order::StartHand, order::StopHand, order::ArmHand,
+    order::DisarmHand, order::ResetRemoved, order::ChangeLabel, order::MakeMesh, order::ApplyMesh,
+    order::DropMesh, order::PullDown, order::PullMove, order::PullUp, order::PullCancel>;
 
 // All: the window obeys the others itself, and asks where to before it passes on a save.
 using Order = std::variant<order::Open, order::OpenLabels, order::OpenFused, order::CancelOpening,
@@ -150,6 +150,9 @@ using Order = std::variant<order::Open, order::OpenLabels, order::OpenFused, ord
                            order::StopFigure, order::RecordScript, order::PlayScript,
                            order::StopScript, order::Save, DocumentOrder>;
 using ScriptOrder = std::variant<order::RecordScript, order::PlayScript, order::StopScript>;
+
+// For a person, of one that failed: "undo".
+const char* name_of(const Order& order);
 
 // One function of several, by the type of its argument: for std::visit.
 template <class... Function>

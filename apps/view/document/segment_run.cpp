@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/failure.h"
+#include "engine/edit/spared.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/map_values.h"
 #include "engine/volume/content_hash.h"
@@ -49,16 +51,10 @@ Result<Volume> only(const Volume& strength, const Volume& owner, const std::vect
 
 // The map `now` with what `done` has changed in `before`; what has changed in it since stays.
 Result<Volume> merged(const Volume& before, const Volume& done, const Volume& now,
-                      const std::vector<uint16_t>& locked, const Task& task) {
+                      const Task& task) {
     if (now.grid() != before.grid())
         return fail("expected the labels on their grid, found another");
-    std::vector<bool> stays(65536);
-    for (const uint16_t label : locked)
-        stays[label] = true;
-    const auto label_of = [&](std::array<float, 3> v) {
-        const bool keeps = v[2] != v[0] || stays[size_t(v[2])] || stays[size_t(v[1])];
-        return keeps ? v[2] : v[1];
-    };
+    const auto label_of = [&](std::array<float, 3> v) { return v[2] != v[0] ? v[2] : v[1]; };
     const std::array<const Volume*, 3> maps{&before, &done, &now};
     if (done.type() == ScalarType::u8 && now.type() == ScalarType::u8)
         return map_values<uint8_t>(maps, task, [&](auto v) { return uint8_t(label_of(v)); });
@@ -68,8 +64,9 @@ Result<Volume> merged(const Volume& before, const Volume& done, const Volume& no
 } // namespace
 
 SegmentRun::SegmentRun(SegmentJob job, bool threaded) : job_(std::move(job)), threaded_(threaded) {
-    result_ =
-        std::async(threaded ? std::launch::async : std::launch::deferred, [this] { return run(); });
+    result_ = std::async(threaded ? std::launch::async : std::launch::deferred, [this] {
+        return attempt(job_.method ? job_.method->name : "segmentation", [this] { return run(); });
+    });
     if (!threaded)
         result_.wait();
 }
@@ -110,7 +107,8 @@ Result<SegmentDone> SegmentRun::run() {
         task.look = [this](const std::function<Volume()>& make) { look(make); };
     if (job_.ready) {
         SegmentDone done = *job_.ready;
-        PALPATE_TRY(done.labels, merged(*job_.before, done.labels, job_.labels, job_.locked, task));
+        PALPATE_TRY(done.labels, merged(*job_.before, done.labels, job_.labels, task));
+        spare_locked(done);
         return done;
     }
     if (job_.again)
@@ -142,8 +140,9 @@ Result<SegmentDone> SegmentRun::run() {
     SegmentDone done{job_.labels,      {},           std::move(found.found),
                      std::move(notes), found.labels, bounded};
     if (!bounded.empty()) {
-        PALPATE_TRY(done.labels, with_labels(job_.labels, found.labels, bounded, job_.locked,
-                                             task.part(0.95, 1.0)));
+        PALPATE_TRY(done.labels,
+                    with_labels(job_.labels, found.labels, bounded, task.part(0.95, 1.0)));
+        spare_locked(done);
     }
     if (!found.strength || of.empty())
         return done;
@@ -163,6 +162,12 @@ Result<SegmentDone> SegmentRun::run() {
     strength.id = fmt::format("{:016x}", content_hash(strength.volume));
     done.strength = std::move(strength);
     return done;
+}
+
+void SegmentRun::spare_locked(SegmentDone& done) const {
+    Spared kept = sparing(job_.labels, done.labels, job_.locked);
+    done.labels = std::move(kept.labels);
+    done.met_locked = kept.met;
 }
 
 // The bound that a method has taken, and the ends of its slider.
@@ -194,10 +199,10 @@ Result<SegmentDone> SegmentRun::bound_again(const Task& task) {
     const Strength& by = *job_.again;
     PALPATE_TRY(Volume found, bounded_labels(by.volume, by.owner, is_object_below(*by.method),
                                              by.bound, task.part(0.0, 0.5)));
-    PALPATE_TRY(Volume labels,
-                with_labels(job_.labels, found, by.of, job_.locked, task.part(0.5, 1.0)));
+    PALPATE_TRY(Volume labels, with_labels(job_.labels, found, by.of, task.part(0.5, 1.0)));
     SegmentDone done{std::move(labels), by, {}, {}, std::move(found), by.of};
     done.strength->is_unbounded = false;
+    spare_locked(done);
     return done;
 }
 

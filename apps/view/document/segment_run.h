@@ -35,6 +35,7 @@ struct SegmentDone {
     std::vector<std::string> notes;
     Volume objects;           // that go into the map
     std::vector<uint16_t> of; // the labels that they take the place of
+    uint16_t met_locked = 0;  // Spared::met
 };
 
 // The input of a method, as it was when the method was asked for.
@@ -74,6 +75,7 @@ class SegmentRun {
  private:
     Result<SegmentDone> run();
     Result<SegmentDone> bound_again(const Task& task);
+    void spare_locked(SegmentDone& done) const;
     void set_bound(Strength& strength, const SegmentDone& found, const ArrivalGrowth& growth);
     void look(const std::function<Volume()>& make); // from the thread
 

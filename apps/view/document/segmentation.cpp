@@ -137,6 +137,8 @@ std::string Segmentation::told_of(const SegmentJob& job, const SegmentDone& done
         told += fmt::format(" {} {:.4g}",
                             is_object_below(*job.method) ? "by" : "at a strength of at least",
                             job.again->bound);
+    if (done.met_locked != 0)
+        told += fmt::format("; {}", document_.locked_text(done.met_locked));
     for (const std::string& note : done.notes)
         told += (told.empty() ? "" : "; ") + note;
     if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)

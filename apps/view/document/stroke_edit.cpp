@@ -59,21 +59,6 @@ EditSetup tool_edit(const OpenDocument& document, Carve carve, TipShape shape, u
     return setup;
 }
 
-// The labels that an operation on labels may change; nothing where none is locked.
-std::optional<std::vector<uint16_t>> free_labels(OpenDocument& document, const ViewState& state) {
-    if (state.notes.locked_labels.empty())
-        return std::nullopt;
-    const std::optional<Volume> labels = document.labels();
-    // Strokes that are under way may still bring the label of the hand.
-    const float highest = labels && !labels->range().empty() ? labels->range().max : 0.0f;
-    std::vector<uint16_t> free;
-    const uint32_t last = std::max(static_cast<uint32_t>(highest), uint32_t{state.label});
-    for (uint32_t label = 0; label <= std::max(last, 255u); ++label)
-        if (!is_locked(state, static_cast<uint16_t>(label)))
-            free.push_back(static_cast<uint16_t>(label));
-    return free;
-}
-
 std::optional<EditSetup> seed_edit(OpenDocument& document, TipShape shape, const ViewState& state) {
     const SeedBrush brush = state.segmenting.brush;
     if (brush == SeedBrush::inside && state.label > kLastSeeded) {
@@ -96,10 +81,19 @@ std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipSha
                                      const ViewState& state) {
     if (carve == Carve::seed)
         return seed_edit(document, shape, state);
-    if (!is_on_labels(carve))
-        return tool_edit(document, carve, shape, state.label, document.grey_name(), state);
+    // Locked labels stay, and so do the grey values under them.
+    const std::vector<uint16_t>& locked = state.notes.locked_labels;
+    if (!is_on_labels(carve)) {
+        EditSetup setup =
+            tool_edit(document, carve, shape, state.label, document.grey_name(), state);
+        if (!locked.empty() && document.labels()) {
+            setup.operation.spared = locked;
+            setup.guide = document.labels_name();
+        }
+        return setup;
+    }
     EditSetup setup = tool_edit(document, carve, shape, state.label, document.labels_name(), state);
-    setup.operation.over = free_labels(document, state);
+    setup.operation.spared = locked;
     if (state.only_values) {
         setup.operation.only_values = {state.only_values->low, state.only_values->high};
         setup.guide = document.grey_name();

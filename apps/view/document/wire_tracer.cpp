@@ -41,15 +41,16 @@ void WireTracer::fill(const ViewState& state) {
     const std::vector<glm::uvec3> samples = filled(wiring.closed, wiring.axis);
     for (const glm::uvec3 at : samples)
         inside.set(at, state.label);
-    Result<Volume> merged = with_labels(map, inside.commit(), {}, state.notes.locked_labels, {});
+    const Result<Volume> merged = with_labels(map, inside.commit(), {}, {});
     if (!merged)
         return document_.tell(merged.error().message);
     if (merged->is_same_as(map))
         return document_.tell("live-wire: no sample changed");
+    // Locked labels are left to the editor, which tells of them.
     const Json parameters{{"axis", wiring.axis},
                           {"slice", wiring.closed.front()[wiring.axis]},
                           {"label", state.label}};
-    if (document_.put_labels(std::move(*merged), "live-wire", parameters))
+    if (document_.put_labels(*merged, "live-wire", parameters))
         document_.tell(fmt::format("live-wire: {} samples of label {}", samples.size(),
                                    document_.name_of_label(state.label)));
 }

@@ -13,7 +13,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
       segmentation_(*this, hand_),
       label_export_(*this),
       mesh_writing_(*this),
-      saving_(*this, std::move(source.project)) {
+      saving_(*this, std::move(source.project)),
+      removed_(*this) {
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
         return segmentation_.wire().path(from, to, axis);
     };
@@ -52,6 +53,7 @@ void Work::obey(const DocumentOrder& order, const ViewState& state) {
         [&](order::StopHand) { hand_.touch().stop(); },
         [&](order::ArmHand) { hand_.touch().arm(); },
         [&](order::DisarmHand) { hand_.touch().disarm(); },
+        [&](order::ResetRemoved) { removed_.reset(); },
         [&](order::Undo) { step(true); },
         [&](order::Redo) { step(false); },
         [&](const order::Save& to) { saving_.save(state, to.folder); },
@@ -66,7 +68,7 @@ void Work::obey(const DocumentOrder& order, const ViewState& state) {
         [&](order::FillWire) { segmentation_.wire().fill(state); },
         [&](const order::ChangeLabel& by) { mesh_pulling_.change(state, *by.change); },
         [&](order::MakeMesh) { mesh_pulling_.make(state.label); },
-        [&](order::ApplyMesh) { mesh_pulling_.apply(state); },
+        [&](order::ApplyMesh) { mesh_pulling_.apply(); },
         [&](order::DropMesh) { mesh_pulling_.drop(); },
         [&](const order::PullDown& from) {
             if (mesh)
@@ -96,6 +98,7 @@ void Work::poll() {
     label_export_.poll();
     mesh_writing_.poll();
     saving_.poll();
+    tell_locked();
 }
 
 std::string Work::take_message() {
@@ -135,6 +138,12 @@ void Work::tell_step() {
     const size_t step = now.undo_steps - (asked.is_undo ? 0 : 1);
     if (step < titles.size())
         tell(fmt::format("{}: {}", asked.is_undo ? "undone" : "redone", titles[step]));
+}
+
+void Work::tell_locked() {
+    const EditState now = edited();
+    if (std::exchange(met_spared_, now.met_spared) != now.met_spared)
+        tell_also(locked_text(now.spared_label));
 }
 
 void Work::follow_notes(ViewState& state, bool is_busy) {

@@ -10,6 +10,7 @@
 #include "apps/view/document/mesh_writing.h"
 #include "apps/view/document/open_document.h"
 #include "apps/view/document/order.h"
+#include "apps/view/document/removed_material.h"
 #include "apps/view/document/saving.h"
 #include "apps/view/document/segmentation.h"
 
@@ -32,6 +33,7 @@ class Work : public OpenDocument {
     Saving& saving() { return saving_; }
     const Saving& saving() const { return saving_; }
     Figures& figures() { return figures_; }
+    RemovedMaterial& removed() { return removed_; }
 
     void obey(const DocumentOrder& order, const ViewState& state); // by the part whose it is
 
@@ -58,6 +60,7 @@ class Work : public OpenDocument {
     void export_measures(const ViewState& state, const std::string& path);
     void step_back(bool is_undo); // or forward
     void tell_step();
+    void tell_locked(); // that a stroke has met a locked label: once a stroke
 
     Figures figures_;
     MeshPulling mesh_pulling_;
@@ -66,12 +69,14 @@ class Work : public OpenDocument {
     LabelExport label_export_;
     MeshWriting mesh_writing_;
     Saving saving_;
+    RemovedMaterial removed_;
     struct Stepping { // an undo or a redo that is on its way
         bool is_undo;
         size_t redo_steps; // before it
         uint64_t command;  // its number
     };
     std::optional<Stepping> stepping_;
+    size_t met_spared_ = 0;            // EditState::met_spared, of which a person knows
     std::optional<RayCastLayer> rays_; // that the scene has no more
     bool labels_in_3d_ = false;        // as the state has it
 };

@@ -92,6 +92,7 @@ void draw_volume_section(Widgets& ui, ViewState& state, Work& work);
 void draw_transfer_panel(Widgets& ui, ViewState& state, Work& work);
 void draw_layout_section(Widgets& ui, ViewState& state);
 void draw_slices_section(Widgets& ui, ViewState& state, Work& work);
+void draw_removed_panel(Widgets& ui, Work& work); // by the tools that take material away
 void draw_clip_panel(Widgets& ui, ViewState& state, Work& work);
 void draw_stereo_section(Widgets& ui, ViewState& state);
 void draw_appearance_section(Widgets& ui, ViewState& state);

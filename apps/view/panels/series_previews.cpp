@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/failure.h"
 #include "engine/base/percentile.h"
 #include "engine/session/default_scene.h"
 
@@ -77,8 +78,11 @@ glm::uvec2 SeriesPreviews::size_px() const {
 
 void SeriesPreviews::make_all(const std::stop_token& stop) {
     for (size_t i = 0; i < states_.size() && !stop.stop_requested(); ++i) {
-        const Result<LoadedVolume> loaded = read_(path_, numbers_[i], stop);
-        Made made{i, loaded ? preview_of(*loaded, kSide_px) : std::vector<std::byte>()};
+        const auto preview = attempt("preview", [&]() -> Result<std::vector<std::byte>> {
+            PALPATE_TRY(const LoadedVolume loaded, read_(path_, numbers_[i], stop));
+            return preview_of(loaded, kSide_px);
+        });
+        Made made{i, preview.value_or(std::vector<std::byte>())}; // empty: none can be made
         const std::lock_guard lock(mutex_);
         made_.push_back(std::move(made));
     }

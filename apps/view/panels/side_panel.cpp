@@ -74,6 +74,8 @@ void draw_section(Widgets& ui, SidePanel& panel, Section section, ViewState& sta
             return draw_hand_section(ui, panel.touch, state, work);
         case Section::burr:
             return draw_burr_section(ui, state, work);
+        case Section::removed:
+            return draw_removed_panel(ui, work);
         case Section::feel:
             return draw_feel_section(ui, work);
         case Section::forces:

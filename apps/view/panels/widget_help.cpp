@@ -232,6 +232,10 @@ constexpr WidgetHelp kHelp[] = {
     {"drill/burr", "size of the burr", "radius of the burr, and of every round tool, 0.1 to 100 mm",
      "drill diameter"},
 
+    {"removed/all", "volume removed",
+     "what cutting and drilling have taken away, in all and by label; undo gives it back",
+     "resected volume drilled milled"},
+    {"removed/reset", "count the removed volume anew", "counts from here on", "", false},
     {"touch/device", "device of the hand", "a haptic device, or the mouse in its place",
      "stylus phantom haply touch"},
     {"touch/algorithm", "algorithm of touch", "how the force follows from the volume", "haptic"},
@@ -256,6 +260,11 @@ constexpr WidgetHelp kHelp[] = {
     {"touch/seen_as", "3D by rays or surface",
      "draws the volume by rays, by the surface that the hand feels, or both", ""},
     {"touch/palette", "touch: widgets in 3D", "buttons that the hand presses in the 3D view", ""},
+    {"removed/all", "material removed",
+     "ml that were solid when the document was opened, or since the reset, and are not now; in all "
+     "and of each label",
+     "volume drilled milled cut", false},
+    {"removed/reset", "reset the removed material", "counts from here on", "", false},
     {"touch/grey", "feel grey values", "the hand feels the volume", "", false},
     {"touch/labels", "feel labels", "the hand feels the labels", "", false},
     {"touch/iso", "solid from", "the hand feels values from this one on as matter", "iso", false},
@@ -292,6 +301,7 @@ constexpr std::pair<std::string_view, Section> kSectionOf[] = {
     {"file", Section::files},
     {"iso", Section::volume},
     {"export", Section::print},
+    {"removed", Section::removed},
     {"drill/burr", Section::burr},
     {"drill", Section::hand},
 };

@@ -106,6 +106,12 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     for (size_t label = 1; label < known->label_counts.size(); ++label)
         if (known->label_counts[label] > 0)
             json["label_counts"][std::to_string(label)] = known->label_counts[label];
+    json["removed_ml"] = Json::object(); // "all", and by label where there was any
+    if (const auto removed = work.removed().now()) {
+        json["removed_ml"]["all"] = 1e-3 * removed->all_mm3;
+        for (const auto& [label, mm3] : removed->by_label_mm3)
+            json["removed_ml"][std::to_string(label)] = 1e-3 * mm3;
+    }
     json["label_names"] = Json::object();
     for (const LabelName& name : state.notes.label_names)
         json["label_names"][std::to_string(name.label)] = name.name;

@@ -50,8 +50,8 @@ constinit const Tool kDrawTool =
 constinit const Tool kEraseTool =
     brush("erase", "erase", "e", "sets labels to 0", Icon::eraser, Carve::erase, Carve::erase);
 constinit const Tool kSeedTool =
-    brush("seed", "seeds", "q", "where objects are, for a segmentation (task Segment)", Icon::target,
-          Carve::seed, std::nullopt);
+    brush("seed", "seeds", "q", "where objects are, for a segmentation (task Segment)",
+          Icon::target, Carve::seed, std::nullopt);
 constinit const Tool kCutTool =
     brush("cut", "cut", "x", "cuts grey values away", Icon::cut, Carve::cut, Carve::cut);
 

@@ -26,6 +26,7 @@ constexpr SectionEntry kSections[] = {
     {Section::measures, "measures", "Measures", WindowTask::measure, true},
     {Section::hand, "hand", "Hand", WindowTask::drill, true},
     {Section::burr, "burr", "Burr and buttons", WindowTask::drill, true},
+    {Section::removed, "removed", "Volume removed", WindowTask::drill, true},
     {Section::feel, "feel", "What is felt", WindowTask::drill, true},
     {Section::forces, "forces", "Forces", WindowTask::drill, true},
     {Section::files, "files", "Files", WindowTask::exporting, true},

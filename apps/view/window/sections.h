@@ -33,6 +33,7 @@ enum class Section : uint32_t {
     measures,
     hand,
     burr,
+    removed,
     feel,
     forces,
     files,

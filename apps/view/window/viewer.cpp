@@ -1,11 +1,13 @@
 #include "apps/view/window/viewer.h"
 
 #include <algorithm>
+#include <new>
 
 #include "apps/view/script/dump.h"
 #include "apps/view/tools/hand_pointer.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/interaction.h"
+#include "engine/base/failure.h"
 #include "engine/base/profile.h"
 
 namespace palpate::view {
@@ -142,7 +144,11 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     };
     const auto obey = [&](const std::vector<Order>& all) {
         for (const Order& order : all)
-            std::visit(each, order);
+            try {
+                std::visit(each, order);
+            } catch (const std::bad_alloc& error) { // the document is as it was
+                work_->tell(fmt::format("{}: {}", name_of(order), failure_text(error)));
+            }
     };
     obey(orders);
     poll_opening();

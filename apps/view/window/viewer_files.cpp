@@ -6,6 +6,7 @@
 #include "apps/view/document/free_name.h"
 #include "apps/view/document/label_import.h"
 #include "apps/view/window/viewer.h"
+#include "engine/base/failure.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/image/png.h"
@@ -36,11 +37,7 @@ auto Viewer::start_opening(const std::string& path, Read read) {
         [read = std::move(read), path, stop = stop_opening_.get_token(),
          share = opening_share_]() -> std::invoke_result_t<const Read&, const std::stop_token&,
                                                            const std::function<void(double)>&> {
-            try {
-                return read(stop, [share](double s) { *share = s; });
-            } catch (const std::exception& error) { // such as memory that is not there
-                return fail("{}: {}", path, error.what());
-            }
+            return attempt(path, [&] { return read(stop, [share](double s) { *share = s; }); });
         });
 }
 
@@ -338,6 +335,8 @@ void Viewer::print_figure(const std::string& file) {
                 PALPATE_TRY(draw_turntable(turn, camera, grid, path.string(), draw, stop));
             } catch (const std::future_error&) { // the thread of pictures has ended
                 return fail("the figure was given up");
+            } catch (const std::exception& error) {
+                return fail("{}: {}", path.string(), failure_text(error));
             }
             return fmt::format("{} pictures written: {}", turn.frames,
                                std::filesystem::absolute(path).string());

@@ -339,7 +339,7 @@ TEST(Editor, OutlivesSamplesThatCannotBeRead) {
     };
     for (const double x : {50.0, 31.0}) { // all of it there; half of it
         dab(x);
-        EXPECT_EQ(reader.pin()->refusal, "the file was cut; the stroke is taken back");
+        EXPECT_EQ(reader.pin()->refusal, "draw: the file was cut; the stroke is taken back");
         EXPECT_EQ(reader.pin()->volume().value({30, 16, 16}), 0.0f);
         EXPECT_EQ(reader.pin()->strokes_done, 0u);
     }

@@ -58,19 +58,23 @@ TEST(StrokeFile, WritesWhatItReadsToTheBit) {
         const auto kind = static_cast<OperationKind>(i % 9);
         const Grid grid = random_grid(random, {40, 30, 20});
         JsonErrors errors{"f", {}};
+        Operation operation = random_operation(random, kind);
+        if (i % 3 == 0)
+            operation.spared = {uint16_t(operation.label + 1), 65535};
         const Stroke stroke =
-            *make_stroke(*parse_json(shapes[i % 4], "f"), random_operation(random, kind),
-                         random_path(random, grid, 4));
+            *make_stroke(*parse_json(shapes[i % 4], "f"), operation, random_path(random, grid, 4));
         const std::string text = stroke_text(stroke);
         const Result<std::vector<Stroke>> read = parse_strokes(text, "f");
         ASSERT_TRUE(read) << read.error().message << "\n" << text;
         ASSERT_EQ(read->size(), 1u);
         EXPECT_EQ(stroke_text(read->front()), text);
         EXPECT_TRUE(read->front().poses == stroke.poses);
+        EXPECT_EQ(read->front().operation.spared, operation.spared);
         const bool labels = stroke.operation.on_labels();
         const Volume before = labels ? random_labels(random, grid, ScalarType::u8)
                                      : random_greys(random, grid, ScalarType::i16);
-        const Volume guide = random_greys(random, grid, ScalarType::i16);
+        const Volume guide = labels ? random_greys(random, grid, ScalarType::i16)
+                                    : random_labels(random, grid, ScalarType::u8);
         const auto apply = [&](const Stroke& s) {
             return *apply_stroke(before, s.tool, s.operation, s.poses, guide);
         };
