@@ -12,9 +12,8 @@ void draw_removed_panel(Widgets& ui, Work& work) {
     if (!removed)
         return hint("removed: its samples cannot be read");
     const auto ml = [](double mm3) { return fmt::format("{:.3f} ml", 1e-3 * mm3); };
-    ImGui::Text("removed: %s from %.5g on", ml(removed->all_mm3).c_str(), removed->solid_from);
+    ImGui::TextWrapped("%s, solid from %.5g on", ml(removed->all_mm3).c_str(), removed->solid_from);
     ui.note("removed/all");
-    ImGui::SameLine();
     ui.button("reset", "removed/reset", order::ResetRemoved{});
     const bool by_label = !removed->by_label_mm3.empty() &&
                           (removed->by_label_mm3.size() > 1 || removed->by_label_mm3[0].first != 0);

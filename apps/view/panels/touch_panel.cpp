@@ -303,6 +303,7 @@ void draw_touch_panel(Widgets& ui, TouchPanel& panel, ViewState& state, Work& wo
         draw_device(ui, panel, state, work);
         ImGui::Separator();
         draw_buttons(ui, state, work);
+        ImGui::TextDisabled("removed");
         draw_removed_panel(ui, work);
         ImGui::Separator();
         draw_feel(ui, work);
