@@ -65,7 +65,6 @@ TEST_F(SurfaceCommand, IsoWritesAMeshAndSaysWhatItIs) {
     }
 }
 
-// The same file from either, and the report says who made it.
 // A ball of r mm: cut in half, of half the size, and hollow, by volumes and centres alone.
 TEST_F(SurfaceCommand, MeshesForPrintAreCutScaledAndHollow) {
     const auto made = [&](std::vector<std::string> options) {
@@ -91,7 +90,8 @@ TEST_F(SurfaceCommand, MeshesForPrintAreCutScaledAndHollow) {
     const double half = volume_of(made({"--clip", plane}).first);
     // The cut is off by a sample, of 1 mm, at most.
     EXPECT_NEAR(half, 0.5 * whole, std::numbers::pi * r * r * 0.5);
-    for (const glm::vec3 p : load_mesh(file("ball.stl"))->mesh.positions) {
+    const Mesh cut = load_mesh(file("ball.stl"))->mesh; // a loop over it unnamed would outlive it
+    for (const glm::vec3 p : cut.positions) {
         const glm::dvec3 n = glm::normalize(glm::dvec3(1, 2, -1));
         ASSERT_GE(glm::dot(glm::dvec3(p) - middle, n), -1.0);
     }
@@ -121,6 +121,7 @@ TEST_F(SurfaceCommand, MeshesForPrintAreCutScaledAndHollow) {
     }
 }
 
+// The same file from either, and the report says who made it.
 TEST_F(SurfaceCommand, TheGraphicsDeviceMakesTheSameMesh) {
     const std::string volume = "synthetic:ball?size=40";
     ASSERT_EQ(surface(volume, "cpu.ply", {"--iso", "500", "--on", "cpu"}).exit_code, 0);
