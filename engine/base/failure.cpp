@@ -6,7 +6,7 @@
 namespace palpate {
 
 std::string failure_text(const std::exception& error) {
-    // What they say themselves is "std::bad_alloc" and "vector::reserve".
+    // Their own words are "std::bad_alloc" and "vector::reserve".
     if (dynamic_cast<const std::length_error*>(&error) ||
         dynamic_cast<const std::bad_array_new_length*>(&error))
         return "it asks for more memory than a program can have";

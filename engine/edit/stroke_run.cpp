@@ -316,7 +316,7 @@ void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
         }
 }
 
-// Of grey values: without the samples under spared labels.
+// Grey values alone: without the samples under spared labels.
 void StrokeRun::keep_unspared(Touched& brick, SampleMask& mask) const {
     if (operation_.on_labels() || operation_.spared.empty() || mask.empty())
         return;

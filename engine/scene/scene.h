@@ -127,7 +127,7 @@ struct LabelStyle { // how one label is shown
     friend bool operator==(const LabelStyle&, const LabelStyle&) = default;
 };
 
-// Where one label ends on slices and the next begins: halfway between two samples, where their
+// The edge between two labels on slices: halfway between two samples, where their
 // weights in linear interpolation are equal, or at the sides of the samples' boxes.
 enum class LabelEdges { smooth, voxels };
 

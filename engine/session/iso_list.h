@@ -38,7 +38,7 @@ std::vector<IsoSurface> shown_surfaces(const IsoList& list);
 bool is_listed(const IsoList& list, double value);
 
 // Adds a surface; its value becomes the next double where one of that value is listed.
-// Where as many are shown as can be, it is not. False: the list is full.
+// Not shown where as many are shown as can be. False: the list is full.
 bool add_iso(IsoList& list, ListedIso one);
 
 } // namespace palpate

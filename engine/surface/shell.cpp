@@ -26,7 +26,7 @@ double excess_of(double cell_mm, double wall_mm) {
     return cell_mm * cell_mm / (2.0 * wall_mm);
 }
 
-// Where a line of samples along x enters (+1) or leaves (-1) the mesh.
+// A place at which a line of samples along x enters (+1) or leaves (-1) the mesh.
 struct Crossing {
     double x;
     int turn;

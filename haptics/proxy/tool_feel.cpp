@@ -1,4 +1,4 @@
-// What a tool feels at its contacts, and whether that is known; declared in tool_contacts.h.
+// The tool's contacts: their values, and whether these are known; declared in tool_contacts.h.
 
 #include "haptics/proxy/tool_contacts.h"
 

@@ -1,4 +1,4 @@
-// Where labels end between their samples: the rule of LabelEdges::smooth (docs/reference/scene.md).
+// Edges of labels between samples: the rule of LabelEdges::smooth (docs/reference/scene.md).
 // A label's weight at a point is the sum of the linear weights of the eight samples about it that have
 // it. The largest is seen there; where the two largest are equal its edge runs.
 

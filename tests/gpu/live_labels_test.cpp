@@ -66,7 +66,7 @@ SceneData live_data(Volume labels) {
     return {ball_volume(), std::move(labels), {nullptr}};
 }
 
-// What they stand for: the walls of the whole map, and the labels' styles as the mesh's.
+// They stand for the walls of the whole map, with the labels' styles as the mesh's.
 SceneData mesh_data(const SceneData& live) {
     const BlockNetsOptions options;
     Mesh mesh =
@@ -119,8 +119,8 @@ TEST_F(LiveLabels, PictureIsThatOfTheMeshOfTheWholeMap) {
         EXPECT_TRUE(same_bits(drawn(scene, live), drawn(mesh_scene(scene), mesh)));
 }
 
-// Of each edit the renderer that has seen all before, and the mesh of the whole map. Labels go, and
-// come again on another grid.
+// Each edit compares the renderer that has seen all before with the mesh of the whole map. Labels
+// go, and come again on another grid.
 TEST_F(LiveLabels, AfterEditsThePictureIsThatOfTheMeshFromScratch) {
     std::mt19937 random(5);
     SceneData data = live_data(ball_labels(4, {80, 40, 30}));
@@ -175,7 +175,7 @@ TEST_F(LiveLabels, AnotherStyleMakesNoTriangle) {
     EXPECT_TRUE(same_bits(frame->eyes, drawn(mesh_scene(scene), mesh)));
 }
 
-// Of a picture with rays an edit redraws a box of pixels, and that is the whole picture.
+// An edit redraws a box of pixels of a picture with rays, and that is the whole picture.
 TEST_F(LiveLabels, OutsideOfChangedPixelsNothingChanges) {
     for (const bool rays : {false, true}) {
         Scene scene = live_scene();

@@ -21,7 +21,7 @@ class RemovedMaterial {
         std::vector<std::pair<uint16_t, double>> by_label_mm3; // rising; 0: under no label
         double solid_from = 0.0;                               // the value, as the hand feels it
     };
-    // Of the newest state; reads bricks that have changed since the last call. None: samples cannot
+    // Those of the newest state; reads bricks that have changed since. None: samples cannot
     // be read.
     std::optional<Amounts> now();
     void reset(); // count from here on

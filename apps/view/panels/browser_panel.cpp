@@ -65,7 +65,7 @@ std::vector<fs::path> mounts() {
     return all;
 }
 
-// What the field says: a path as it is, one from the home folder, or a name in the folder.
+// The path in the field: whole, from the home folder, or a name in the folder.
 fs::path typed_path(const Browser& panel) {
     const std::string text = panel.typed.data();
     if (text.starts_with("synthetic:"))

@@ -26,7 +26,7 @@ struct Widgets {
     std::pair<std::string, std::string> named{}; // the id of a field, and what the browser gives it
 
     void order(Order one) { orders.push_back(std::move(one)); }
-    // Where the last widget lies. Under the pointer it has the tooltip of widget_help().
+    // Keeps the last widget's place. Under the pointer it has the tooltip of widget_help().
     void note(const std::string& id);
     bool button(const char* text, const std::string& id, Order one); // whether it was pressed
     // A filled button, the one of a section that is pressed most.

@@ -12,7 +12,7 @@ namespace palpate::view {
 
 namespace {
 
-// Where the handle is: 0 .. 1.
+// The handle's place: 0 .. 1.
 double share_of(double value, double low, double high, bool logarithmic) {
     const double share = logarithmic && low > 0.0 ? std::log(value / low) / std::log(high / low)
                                                   : (value - low) / (high - low);

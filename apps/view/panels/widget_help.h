@@ -5,7 +5,7 @@
 
 #include "apps/view/window/state.h"
 
-// What widgets are for, described once: the tooltip over a widget and a line of the search box are
+// Widgets are described once: the tooltip over a widget and a line of the search box are
 // made from the table (tests/view/search_test.cpp compares it with the panels).
 namespace palpate::view {
 

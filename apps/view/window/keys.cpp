@@ -32,7 +32,7 @@ struct KeyLine {
         std::string_view keys; // apart by spaces
         void (*use)(const KeyPress&);
         bool with_ctrl = false;
-        // What the first key does, and with Shift, for the search box; null: nothing that would
+        // The title of the first key, and with Shift, in the search box; null: nothing that would
         // help there.
         const char *does = nullptr, *shifted = nullptr;
     };

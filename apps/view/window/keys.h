@@ -16,7 +16,7 @@ struct KeyHelp {
 };
 const std::vector<KeyHelp>& key_help();
 
-// What single keys do, for the search box.
+// Single keys and what they do, for the search box.
 struct KeyCommand {
     const char* title; // "3D from the left"
     std::string keys;  // "Ctrl+S"

@@ -46,7 +46,7 @@ struct Places {
     // The side panel, the panel of touch (each is empty when it is closed) and the line at the
     // bottom. None covers another, nor a view.
     Box tools, touch, status;
-    // Of the tasks at the top and of the tools at the left; empty without bars.
+    // The bars of tasks at the top and of tools at the left; empty without bars.
     Box top, bar;
 };
 constexpr int kGap_px = 2;

@@ -80,7 +80,7 @@ class Viewer {
     const Grid& grid() const { return work_->subject().grid; }
     const Interface& interface() const { return *interface_; }
     Json dump();
-    // What was ordered of scripts since this was last asked: for a window, which does it.
+    // The last order about scripts since this was asked: for a window, which does it.
     std::optional<ScriptOrder> take_script_order() { return std::exchange(script_order_, {}); }
     void show_scripts(Scripting scripts) { state_.scripts = std::move(scripts); }
     std::optional<std::string> failure() { return pictures_->failure(); }

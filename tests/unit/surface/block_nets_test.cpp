@@ -174,7 +174,7 @@ TEST(BlockNets, NormalsOfABallPointOutward) {
                 glm::degrees(std::acos(worst)), sum / static_cast<double>(count));
 }
 
-// Where three labels meet there is no one normal.
+// No one normal exists where three labels meet.
 TEST(BlockNets, LinesWhereWallsMeetHaveNoNormal) {
     const Volume labels =
         make_volume(make_grid({16, 16, 16}, glm::dvec3(1.0)), ScalarType::u8, [](glm::uvec3 i) {
