@@ -85,14 +85,6 @@ Scene mesh_scene(Scene scene) {
     return scene;
 }
 
-bool same_bits(const std::vector<Image>& a, const std::vector<Image>& b) {
-    bool same = a.size() == b.size();
-    for (size_t eye = 0; same && eye < a.size(); ++eye)
-        same = std::ranges::equal(std::as_bytes(std::span(a[eye].samples)),
-                                  std::as_bytes(std::span(b[eye].samples)));
-    return same;
-}
-
 void set_style(Scene& scene, uint32_t label, double opacity, bool visible) {
     std::vector<LabelStyle>& styles = scene.labels->styles;
     while (styles.size() <= label)

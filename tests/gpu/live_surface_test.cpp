@@ -37,14 +37,6 @@ Scene live_scene(const Volume& volume, double iso, double opacity = 1.0) {
     return scene;
 }
 
-bool same_bits(const std::vector<Image>& a, const std::vector<Image>& b) {
-    bool same = a.size() == b.size();
-    for (size_t eye = 0; same && eye < a.size(); ++eye)
-        same = std::ranges::equal(std::as_bytes(std::span(a[eye].samples)),
-                                  std::as_bytes(std::span(b[eye].samples)));
-    return same;
-}
-
 // Noise about a ball, so that there are folds, gaps and small parts at all block borders.
 Volume rough_ball(glm::uvec3 size, glm::dvec3 spacing_mm, ScalarType type) {
     const Grid grid = make_grid(size, spacing_mm, {-9.0, 4.0, 11.0});

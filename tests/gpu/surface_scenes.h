@@ -209,4 +209,12 @@ class SurfaceTest : public GpuTest {
     }
 };
 
+inline bool same_bits(const std::vector<Image>& a, const std::vector<Image>& b) {
+    bool same = a.size() == b.size();
+    for (size_t eye = 0; same && eye < a.size(); ++eye)
+        same = std::ranges::equal(std::as_bytes(std::span(a[eye].samples)),
+                                  std::as_bytes(std::span(b[eye].samples)));
+    return same;
+}
+
 } // namespace palpate::testing_meshes

@@ -48,12 +48,7 @@ void draw_tool_bar(Widgets& ui, ViewState& state) {
         shown.push_back(tool);
     }
     const BarLengths lengths = lengths_of(bar, state.text_scale, shown.size() + 1, gaps);
-    place_window(bar);
-    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.0f, 0.0f));
-    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1.0f, 1.0f));
-    ImGui::Begin("bar", nullptr,
-                 kFixedWindow | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
-    ImGui::PopStyleVar(2);
+    begin_bar("bar", bar);
     const float left = static_cast<float>(bar.low_px.x) +
                        std::floor(0.5f * (static_cast<float>(bar.size_px.x) - lengths.side));
     float top = static_cast<float>(bar.low_px.y) + lengths.edge;

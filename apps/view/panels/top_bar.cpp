@@ -150,12 +150,7 @@ void draw_top_bar(Widgets& ui, ViewState& state, Work& work) {
     const Box box = places_of(state).top;
     if (box.size_px.y <= 0)
         return;
-    place_window(box);
-    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.0f, 0.0f));
-    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1.0f, 1.0f));
-    ImGui::Begin("top", nullptr,
-                 kFixedWindow | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
-    ImGui::PopStyleVar(2);
+    begin_bar("top", box);
     const auto scale = static_cast<float>(state.text_scale);
     const auto width = static_cast<float>(box.size_px.x);
     const BarRow row{static_cast<float>(box.low_px.y), static_cast<float>(box.size_px.y), scale};

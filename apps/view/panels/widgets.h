@@ -33,6 +33,16 @@ constexpr ImGuiWindowFlags kFixedWindow =
     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
     ImGuiWindowFlags_NoFocusOnAppearing;
 
+// Begins a window that fills a box to its edges, as the bars do.
+inline void begin_bar(const char* name, const Box& box) {
+    place_window(box);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.0f, 0.0f));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1.0f, 1.0f));
+    ImGui::Begin(name, nullptr,
+                 kFixedWindow | ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
+    ImGui::PopStyleVar(2);
+}
+
 // Begins a window in the middle, over the views; `open`: it has a button that closes it.
 inline void begin_dialog(const char* title, bool* open, const ViewState& state,
                          ImGuiWindowFlags size = ImGuiWindowFlags_AlwaysAutoResize) {
