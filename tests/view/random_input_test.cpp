@@ -143,7 +143,7 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
         volume_ = volumes[hand.below(std::size(volumes))];
         const glm::uvec2 size(480 + hand.below(300), 320 + hand.below(200));
         HandOptions device_of_hand = with_device ? random_device(hand) : HandOptions();
-        Recorder script(script_, size, 1.0);
+        Recorder script(script_, with_bars(size), 1.0); // as open() makes the window
         const std::string what =
             fmt::format("seed {}: palpate view '{}' --headless --state - --replay {}{}", seed,
                         volume_, script_.string(), words_of(device_of_hand, folder_ / "hand.csv"));

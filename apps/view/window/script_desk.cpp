@@ -82,10 +82,6 @@ std::vector<Event> ScriptDesk::play_on(double window_s, Viewer& viewer) {
         now.window_s = window_s;
         now.began_s = time_s_;
     }
-    if (now.cursor.is_done()) {
-        stop(fmt::format("{}: played", now.script.name), viewer);
-        return {};
-    }
     const Script::Line& next = now.cursor.next();
     const double since_s = window_s - now.window_s; // 0 times infinity is no number
     const double reached_s = since_s > 0.0 ? first_s + since_s * now.speed : first_s;
@@ -102,9 +98,8 @@ std::vector<Event> ScriptDesk::play_on(double window_s, Viewer& viewer) {
         stop(events.error().message, viewer);
         return {};
     }
-    now.frames_to_wait = now.cursor.is_done()
-                             ? kSettling_frames
-                             : std::min(now.cursor.next().frame - frame, kSettling_frames) - 1;
+    if (!now.cursor.is_done())
+        now.frames_to_wait = std::min(now.cursor.next().frame - frame, kSettling_frames) - 1;
     for (Event& event : *events) {
         event.time_s = std::max(time_s_, now.began_s + event.time_s - first_s);
         if (event.kind == Event::Kind::button) {
@@ -122,6 +117,8 @@ std::vector<Event> ScriptDesk::play_on(double window_s, Viewer& viewer) {
     std::erase_if(*events, [](const Event& event) { // the window keeps its own size
         return is_of_window(event);
     });
+    if (now.cursor.is_done()) // a person's next press is not part of it
+        stop(fmt::format("{}: played", now.script.name), viewer);
     return std::move(*events);
 }
 
