@@ -4,6 +4,7 @@
 
 #include "apps/view/drawing/letters.h"
 #include "apps/view/drawing/looks.h"
+#include "apps/view/panels/widgets.h"
 
 namespace palpate::view {
 namespace {
@@ -60,6 +61,46 @@ TEST(Looks, DigitsAreEquallyWide) {
         EXPECT_FALSE(draw_icon(list, {50, 50}, 20.0f, Icon::none, IM_COL32_WHITE));
         ImGui::DestroyContext();
     }
+}
+
+// Lines of a name have room, hold all of its letters but blanks at their ends, and end within a
+// word only where the word alone is too wide.
+TEST(Looks, NamesAreBrokenIntoLinesAndKeptWhole) {
+    ImGui::CreateContext();
+    load_letters(1.0);
+    ImGui::GetIO().DisplaySize = {640.0f, 480.0f};
+    ImGui::NewFrame();
+    const auto joined = [](const std::vector<std::string>& lines) {
+        std::string all;
+        for (const std::string& line : lines)
+            for (const char letter : line)
+                all += letter == ' ' ? "" : std::string(1, letter);
+        return all;
+    };
+    for (const auto& [name, whole] :
+         {std::pair("portal_vein_and_splenic_vein", "portal_vein_and_splenic_vein"),
+          {"left kidney, lower pole", "leftkidney,lowerpole"},
+          {"Ligamentum teres uteri", "Ligamentumteresuteri"},
+          {"sternocleidomastoideus", "sternocleidomastoideus"},
+          {"\u043f\u0435\u0447\u0435\u043d\u044c", "\u043f\u0435\u0447\u0435\u043d\u044c"},
+          {"x", "x"},
+          {"", ""}})
+        for (const float first : {40.0f, 90.0f, 400.0f}) {
+            const float width = 1.5f * first;
+            const std::vector<std::string> lines = name_lines(name, first, width);
+            ASSERT_GE(lines.size(), 1u);
+            EXPECT_EQ(joined(lines), whole) << first;
+            for (size_t i = 0; i < lines.size(); ++i)
+                EXPECT_LE(ImGui::CalcTextSize(lines[i].c_str()).x, i == 0 ? first : width);
+        }
+    for (const auto& [name, lines] :
+         {std::pair("kidney_left", std::vector<std::string>{"kidney_", "left"}),
+          {"left kidney", {"left", "kidney"}}}) {
+        const float just_too_narrow = ImGui::CalcTextSize(name).x - 1.0f;
+        EXPECT_EQ(name_lines(name, just_too_narrow, just_too_narrow), lines);
+    }
+    ImGui::EndFrame();
+    ImGui::DestroyContext();
 }
 
 } // namespace

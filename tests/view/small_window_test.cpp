@@ -154,6 +154,33 @@ TEST_F(Layouts, WidgetsOfThePanelLieWithinItAndApart) {
     });
 }
 
+// A row of the list of labels has its name whole, in lines of its own where it is long, and below
+// it comes the next row.
+TEST_F(Layouts, ALongNameOfALabelTakesMoreLines) {
+    for (const double text_scale : {1.0, 1.5, 2.0}) {
+        open_window(Source{open_synthetic("synthetic:phantom?size=8")}, {1280, 1400}, {}, {},
+                    text_scale);
+        note_name(1, "liver");
+        note_name(2, "portal vein and splenic vein");
+        note_name(3, "spleen");
+        show("labels");
+        const Box panel = places_of(state()).tools;
+        for (int label = 1; label <= 3; ++label) {
+            int end = panel.low_px.x;
+            for (const char* part : {"visible", "color", "row", "lock"}) { // from left to right
+                const Box one = box(fmt::format("labels/{}/{}", part, label));
+                EXPECT_TRUE(lies_within(one, panel)) << part << label;
+                EXPECT_GE(one.low_px.x, end) << part << label;
+                end = one.low_px.x + one.size_px.x;
+            }
+        }
+        const Box one = box("labels/row/1"), two = box("labels/row/2"), three = box("labels/row/3");
+        EXPECT_GE(two.size_px.y, one.size_px.y + static_cast<int>(ImGui::GetTextLineHeight()));
+        EXPECT_EQ(three.size_px.y, one.size_px.y);
+        EXPECT_GE(three.low_px.y, two.low_px.y + two.size_px.y);
+    }
+}
+
 TEST_F(SmallWindow, NorDoLargeLetters) {
     open_far_away({1280, 800});
     show("appearance");

@@ -13,8 +13,12 @@ enum class Icon : uint16_t {
     cut = 0xF190,
     down = 0xF140,
     eraser = 0xF1FE,
+    eye = 0xF208,
+    eye_off = 0xF209,
     eyedropper = 0xF20A,
     left = 0xF141,
+    lock = 0xF33E,
+    lock_open = 0xF33F,
     polyline = 0xF561,
     redo = 0xF44F,
     right = 0xF142,
@@ -24,9 +28,10 @@ enum class Icon : uint16_t {
     undo = 0xF54D,
 };
 // All but none.
-constexpr Icon kIcons[] = {Icon::brush,    Icon::camera, Icon::crosshair,  Icon::cut,
-                           Icon::down,     Icon::eraser, Icon::eyedropper, Icon::left,
-                           Icon::polyline, Icon::redo,   Icon::right,      Icon::ruler,
-                           Icon::save,     Icon::target, Icon::undo};
+constexpr Icon kIcons[] = {Icon::brush,      Icon::camera, Icon::crosshair, Icon::cut,
+                           Icon::down,       Icon::eraser, Icon::eye,       Icon::eye_off,
+                           Icon::eyedropper, Icon::left,   Icon::lock,      Icon::lock_open,
+                           Icon::polyline,   Icon::redo,   Icon::right,     Icon::ruler,
+                           Icon::save,       Icon::target, Icon::undo};
 
 } // namespace palpate::view

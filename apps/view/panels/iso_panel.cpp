@@ -19,10 +19,6 @@ namespace {
 // Skin can be seen through, and bone is seen behind it.
 constexpr double kSkinOpacity = 0.35, kOpacityOfMore = 0.5;
 
-std::array<float, 3> rgb_of(glm::dvec3 color) {
-    return {static_cast<float>(color.x), static_cast<float>(color.y), static_cast<float>(color.z)};
-}
-
 // Skin and bone, in the place of what is listed.
 bool take_skin_and_bone(Widgets& ui, IsoList& list, Work& work) {
     const std::optional<double> skin = skin_value(work.loaded()), bone = bone_value(work.loaded());
@@ -43,8 +39,9 @@ void add_value(Widgets& ui, IsoList& list, double value) {
 }
 
 // Returns whether the row is to go.
-bool draw_row(Widgets& ui, IsoList& list, size_t number, const Work& work, ValueRange range,
+bool draw_row(Widgets& ui, IsoList& list, size_t number, const ViewState& state, const Work& work,
               bool& changed) {
+    const ValueRange range = work.subject().range;
     ListedIso& one = list[number];
     const auto id = [&](const char* part) { return fmt::format("iso/row/{}/{}", number, part); };
     ImGui::PushID(static_cast<int>(number));
@@ -52,23 +49,16 @@ bool draw_row(Widgets& ui, IsoList& list, size_t number, const Work& work, Value
     bool is_shown = one.shown;
     // One stays, and no more than the renderer takes.
     ImGui::BeginDisabled(is_shown ? shown <= 1 : shown >= kMaxIsos);
-    if (ImGui::Checkbox("##shown", &is_shown)) {
+    if (draw_row_switch(ui, id("shown"), RowSwitch::shown,
+                        {"hidden: a click shows it",
+                         shown <= 1 ? "shown: one surface always is" : "shown: a click hides it"},
+                        is_shown, state)) {
         one.shown = is_shown;
         changed = true;
     }
     ImGui::EndDisabled();
-    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
-        ImGui::SetTooltip("%s", is_shown && shown <= 1 ? "shown: one surface always is" : "shown");
-    ui.note(id("shown"));
-    ImGui::SameLine();
-    std::array<float, 3> rgb = rgb_of(one.surface.color);
-    if (ImGui::ColorEdit3("##color", rgb.data(),
-                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
-        one.surface.color =
-            glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
-        changed = true;
-    }
-    ui.note(id("color"));
+    ImGui::SameLine(0.0f, 0.0f);
+    changed |= pick_color(ui, id("color"), "colour of the surface", one.surface.color, nullptr);
     ImGui::SameLine();
     const float button = ImGui::CalcTextSize("remove").x + 2.0f * ImGui::GetStyle().FramePadding.x;
     ImGui::SetNextItemWidth(std::max(
@@ -158,7 +148,7 @@ void draw_iso_panel(Widgets& ui, ViewState& state, Work& work) {
         ui.note("iso/point");
         size_t gone = editing.list.size();
         for (size_t i = 0; i < editing.list.size(); ++i)
-            if (draw_row(ui, editing.list, i, work, work.subject().range, changed))
+            if (draw_row(ui, editing.list, i, state, work, changed))
                 gone = i;
         if (gone < editing.list.size()) {
             editing.list.erase(editing.list.begin() + static_cast<ptrdiff_t>(gone));

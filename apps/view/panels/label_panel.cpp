@@ -50,60 +50,152 @@ bool has_part(const std::string& name, std::string_view part) {
            part.empty();
 }
 
-void draw_label_row(Widgets& ui, ViewState& state, Work& work, uint32_t label) {
+// A label as the list has it: its name in as many lines as it needs, and how much there is.
+struct LabelRow {
+    uint32_t label = 0;
+    std::vector<std::string> lines{};
+    std::string amount{};
+
+    float height() const {
+        return static_cast<float>(lines.size()) * ImGui::GetTextLineHeight() +
+               2.0f * ImGui::GetStyle().FramePadding.y;
+    }
+};
+
+// Lengths that all rows share: a switch, a swatch, the name, the amount, a switch.
+struct LabelColumns {
+    float gap, name, name_width, amount_end, lock, width;
+};
+
+LabelColumns columns_of(float width, const std::vector<LabelRow>& rows) {
+    const float side = ImGui::GetFrameHeight(), gap = std::round(0.25f * side);
+    float amount = 0.0f;
+    for (const LabelRow& row : rows)
+        amount = std::max(amount, ImGui::CalcTextSize(row.amount.c_str()).x);
+    LabelColumns all{};
+    all.gap = gap;
+    all.width = width;
+    all.name = 2.0f * side;
+    all.lock = width - side;
+    all.amount_end = all.lock - 0.5f * gap;
+    all.name_width = std::max(side, std::floor(all.amount_end - amount - gap - all.name));
+    return all;
+}
+
+std::vector<LabelRow> rows_of(const std::vector<uint32_t>& labels, Work& work) {
+    const auto known = work.figures().known();
+    const auto mm3 = work.label_sample_mm3();
+    std::vector<LabelRow> rows;
+    rows.reserve(labels.size());
+    for (const uint32_t label : labels) {
+        const uint64_t count = label < known->label_counts.size() ? known->label_counts[label] : 0;
+        rows.push_back(
+            {label, {}, mm3 && count > 0 ? ml_text(static_cast<double>(count) * *mm3) : "-"});
+    }
+    return rows;
+}
+
+void draw_name(Widgets& ui, ViewState& state, const LabelRow& row, const LabelColumns& columns,
+               ImVec2 low, const Theme& theme) {
+    const bool is_chosen = state.label == row.label;
+    ImGui::SetCursorScreenPos({low.x + columns.name, low.y});
+    if (ImGui::InvisibleButton("##name", {columns.name_width, row.height()}) && row.label <= 65535)
+        state.label = static_cast<uint16_t>(row.label);
+    ui.note(fmt::format("labels/row/{}", row.label));
+    const bool is_under = ImGui::IsItemHovered();
+    const bool is_seen = style_of(state.notes, row.label).visible;
+    const ImU32 color = ImGui::GetColorU32(rgb_color(is_under  ? theme.accent_text
+                                                     : is_seen ? theme.text
+                                                               : theme.second));
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    ImFont* const font = is_chosen ? bold_letters() : ImGui::GetFont();
+    float top = low.y + ImGui::GetStyle().FramePadding.y;
+    for (const std::string& line : row.lines) {
+        list.AddText(font, font->FontSize, {low.x + columns.name, top}, color, line.c_str());
+        top += ImGui::GetTextLineHeight();
+    }
+    if (is_under)
+        ImGui::SetTooltip("%s\na click: brush and methods write this label",
+                          numbered_name(state.notes, row.label).c_str());
+}
+
+void draw_label_row(Widgets& ui, ViewState& state, const LabelRow& row,
+                    const LabelColumns& columns) {
+    const uint32_t label = row.label;
+    const Theme& theme = theme_of(state.light);
+    const ImVec2 low = ImGui::GetCursorScreenPos();
+    const float side = ImGui::GetFrameHeight(), height = row.height();
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    if (state.label == label)
+        list.AddRectFilled(low, {low.x + columns.width, low.y + height},
+                           ImGui::GetColorU32(rgb_color(theme.accent, 0.2f)),
+                           ImGui::GetStyle().FrameRounding);
     ImGui::PushID(static_cast<int>(label));
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
     LabelStyle style = style_of(state.notes, label);
-    if (ImGui::Checkbox("##visible", &style.visible))
+    if (draw_row_switch(ui, fmt::format("labels/visible/{}", label), RowSwitch::shown,
+                        {"hidden: a click shows it", "shown: a click hides it"}, style.visible,
+                        state))
         set_style(state.notes, label, style);
-    ui.note(fmt::format("labels/visible/{}", label));
-    ImGui::TableNextColumn();
+    ImGui::SetCursorScreenPos({low.x + side, low.y});
+    if (pick_color(ui, fmt::format("labels/color/{}", label),
+                   "Colour of the label; its opacity is that of its surface in 3D", style.color,
+                   &style.opacity))
+        set_style(state.notes, label, style);
+    draw_name(ui, state, row, columns, low, theme);
+    const float amount = ImGui::CalcTextSize(row.amount.c_str()).x;
+    list.AddText({low.x + columns.amount_end - amount, low.y + ImGui::GetStyle().FramePadding.y},
+                 ImGui::GetColorU32(rgb_color(theme.second)), row.amount.c_str());
+    ImGui::SetCursorScreenPos({low.x + columns.lock, low.y});
     auto& locked = state.notes.locked_labels;
     const auto place = std::lower_bound(locked.begin(), locked.end(), label);
     bool is_locked = place != locked.end() && *place == label;
-    if (ImGui::Checkbox("##locked", &is_locked)) {
+    if (draw_row_switch(ui, fmt::format("labels/lock/{}", label), RowSwitch::locked,
+                        {"unlocked: a click locks it, and no tool changes it",
+                         "locked: no tool changes it; a click unlocks it"},
+                        is_locked, state)) {
         if (is_locked)
             locked.insert(place, static_cast<uint16_t>(label));
         else
             locked.erase(place);
     }
-    ui.note(fmt::format("labels/lock/{}", label));
-    ImGui::TableNextColumn();
-    float rgba[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
-                    static_cast<float>(style.color.z), static_cast<float>(style.opacity)};
-    if (ImGui::ColorEdit4("##color", rgba,
-                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip |
-                              ImGuiColorEditFlags_AlphaBar |
-                              ImGuiColorEditFlags_AlphaPreviewHalf)) {
-        style.color =
-            glm::clamp(glm::dvec3(rgba[0], rgba[1], rgba[2]), glm::dvec3(0.0), glm::dvec3(1.0));
-        style.opacity = std::clamp(double{rgba[3]}, 0.0, 1.0);
-        set_style(state.notes, label, style);
-    }
-    if (ImGui::IsItemHovered())
-        ImGui::SetTooltip("%s", "Colour of the label; its opacity is that of its surface in 3D");
-    ui.note(fmt::format("labels/color/{}", label));
-    ImGui::TableNextColumn();
-    const std::string name = numbered_name(state.notes, label);
-    const float gap = ImGui::CalcTextSize(" ").x; // before its volume
-    const bool is_chosen = state.label == label;
-    ImGui::PushFont(is_chosen ? bold_letters() : ImGui::GetFont());
-    const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
-    if (ImGui::Selectable(shown.c_str(), is_chosen) && label <= 65535)
-        state.label = static_cast<uint16_t>(label);
-    ImGui::PopFont();
-    if (ImGui::IsItemHovered()) // the column may be narrower
-        ImGui::SetTooltip("%s", name.c_str());
-    ui.note(fmt::format("labels/row/{}", label));
-    ImGui::TableNextColumn();
-    const auto known = work.figures().known();
-    const uint64_t count = label < known->label_counts.size() ? known->label_counts[label] : 0;
-    if (const auto mm3 = work.label_sample_mm3(); mm3 && count > 0)
-        ImGui::TextUnformatted(ml_text(static_cast<double>(count) * *mm3).c_str());
-    else
-        ImGui::TextDisabled("-");
     ImGui::PopID();
+    ImGui::SetCursorScreenPos({low.x, low.y + height + ImGui::GetStyle().ItemSpacing.y});
+}
+
+// The rows, those of a long list in a box of their own that scrolls.
+void draw_label_list(Widgets& ui, ViewState& state, Work& work,
+                     const std::vector<uint32_t>& labels) {
+    std::vector<LabelRow> rows = rows_of(labels, work);
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float most = static_cast<float>(kMostRows) * ImGui::GetFrameHeightWithSpacing();
+    const float room = ImGui::GetContentRegionAvail().x;
+    float all = 0.0f;
+    LabelColumns columns{};
+    // A bar that scrolls takes some of the names' width: rows are measured again with it.
+    for (const float width : {room, room - style.ScrollbarSize}) {
+        columns = columns_of(width, rows);
+        all = 0.0f;
+        for (LabelRow& row : rows) {
+            ImGui::PushFont(bold_letters()); // the wider ones
+            row.lines = name_lines(numbered_name(state.notes, row.label), columns.name_width,
+                                   columns.amount_end - columns.name);
+            ImGui::PopFont();
+            all += row.height() + style.ItemSpacing.y;
+        }
+        if (all <= most)
+            break;
+    }
+    if (ImGui::BeginChild("labels", {0.0f, std::min(all, most)})) {
+        for (const LabelRow& row : rows) {
+            const ImVec2 low = ImGui::GetCursorScreenPos();
+            if (ImGui::IsRectVisible({columns.width, row.height()})) // an atlas has hundreds
+                draw_label_row(ui, state, row, columns);
+            else
+                ImGui::SetCursorScreenPos({low.x, low.y + row.height() + style.ItemSpacing.y});
+        }
+        ImGui::Dummy({0.0f, 0.0f}); // the rows' end, for the bar that scrolls
+    }
+    ImGui::EndChild();
 }
 
 // Buttons, as many in a line as have room; in front of those by mm, how far.
@@ -204,26 +296,7 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& wo
     std::erase_if(found, [&](uint32_t label) {
         return !has_part(numbered_name(state.notes, label), panel.sought.data());
     });
-    const float row = ImGui::GetFrameHeightWithSpacing();
-    const float height = row * static_cast<float>(std::min(found.size(), kMostRows) + 1) + 4.0f;
-    if (ImGui::BeginTable("labels", 5,
-                          ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
-                              ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoPadOuterX,
-                          ImVec2(0.0f, height))) {
-        ImGui::TableSetupScrollFreeze(0, 1);
-        ImGui::TableSetupColumn("see");
-        ImGui::TableSetupColumn("lock");
-        ImGui::TableSetupColumn("");
-        ImGui::TableSetupColumn("label", ImGuiTableColumnFlags_WidthStretch);
-        ImGui::TableSetupColumn("volume");
-        ImGui::TableHeadersRow();
-        ImGuiListClipper rows; // an atlas has hundreds
-        rows.Begin(static_cast<int>(found.size()));
-        while (rows.Step())
-            for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i)
-                draw_label_row(ui, state, work, found[static_cast<size_t>(i)]);
-        ImGui::EndTable();
-    }
+    draw_label_list(ui, state, work, found);
     if (ImGui::SmallButton("labels of a file..")) { // in the place of what is there
         state.browser_open = true;
         state.browsing = Browsing::labels;

@@ -139,9 +139,19 @@ struct IconButton {
     std::string letters{}, tip{}; // letters: where the build has found no icons
     float side_px = 0.0f;
     bool is_chosen = false, is_possible = true;
+    bool is_faint = false; // as a hint: what it stands for is off
+    float icon_px = 20.0f; // at a text scale of 1
 };
 // Draws it at the cursor; whether it was pressed.
 bool draw_icon_button(Widgets& ui, const IconButton& button, const ViewState& state);
+// A check box of a row of a list, drawn as one of two icons. `tips`: what each of them says; off
+// and on. Whether it was pressed.
+enum class RowSwitch { shown, locked };
+bool draw_row_switch(Widgets& ui, const std::string& id, RowSwitch what,
+                     std::array<const char*, 2> tips, bool& is_on, const ViewState& state);
+// A swatch in a row of a list, which opens a picker; whether the colour changed. null: no opacity.
+bool pick_color(Widgets& ui, const std::string& id, const char* tip, glm::dvec3& color,
+                double* opacity);
 // Whether and how labels are seen; `all`: in 3D and at their edges, too.
 void draw_label_looks(Widgets& ui, ViewState& state, bool all);
 void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed);

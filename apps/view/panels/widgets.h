@@ -78,6 +78,10 @@ bool choose(const char* id, Choice& now, const List& all) {
 bool slide(const char* id, double& value, double low, double high, const char* format,
            bool logarithmic = false); // low > 0 where it is logarithmic
 
+// A name in lines that have room in a width, the first one in a width of its own: broken after
+// blanks and signs, and within a word only where the word alone has no room. At least one line.
+std::vector<std::string> name_lines(const std::string& name, float first_px, float width_px);
+
 // Dimmed text that is broken into lines at the edge of the panel.
 inline void hint(const char* text) {
     ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
