@@ -69,6 +69,7 @@ TEST(Looks, NamesAreBrokenIntoLinesAndKeptWhole) {
     ImGui::CreateContext();
     load_letters(1.0);
     ImGui::GetIO().DisplaySize = {640.0f, 480.0f};
+    ImGui::GetIO().IniFilename = nullptr;
     ImGui::NewFrame();
     const auto joined = [](const std::vector<std::string>& lines) {
         std::string all;
