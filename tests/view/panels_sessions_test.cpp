@@ -101,10 +101,10 @@ const RecordedSteps kSessions[] = {
      R"({"label_counts": {"1": 1}})"},
     {"label_hidden", "section labels; widget labels/visible/1",
      R"({"label_styles": {"1": {"visible": false}, "2": {"visible": true}}})"},
-    {"label_seen_alone", "section brush; widget tool/label 0.8; section labels; widget labels/one",
+    {"label_seen_alone", "section brush; widget tool/label 0.95; section labels; widget labels/one",
      R"({"label_styles": {"2": {"visible": true}}})"},
     {"label_found_by_its_name",
-     "key b; at axial 10 20; click left; section brush; widget tool/label 0.8; at axial 40 20; "
+     "key b; at axial 10 20; click left; section brush; widget tool/label 0.95; at axial 40 20; "
      "click left; section labels; widget labels/find; type 2; widget labels/row/2; key delete; "
      "widget "
      "labels/lock/2",
@@ -130,11 +130,12 @@ const RecordedSteps kSessions[] = {
      R"({"label_counts": {"1": null}, "undo_steps": 1, "message": "draw: label 1 is locked"})"},
     {"locked_label_is_named_by_a_stroke_that_meets_it",
      "key b; at axial 10 20; click left; section labels; widget labels/name; type skull; widget "
-     "labels/lock/1; section brush; widget tool/label 0.8; at axial 10 20; click left; idle",
+     "labels/lock/1; section brush; widget tool/label 0.95; at axial 10 20; click left; idle",
      R"({"label_counts": {"1": 1, "2": null}, "message": "label 1 skull is locked and stays"})"},
     {"locked_label_is_not_painted_over",
      "key b; at axial 10 20; click left; section labels; widget labels/lock/1; "
-     "section brush; widget tool/label 0.8; at axial 10 20; click left; at axial 40 20; click left",
+     "section brush; widget tool/label 0.95; at axial 10 20; click left; at axial 40 20; click "
+     "left",
      R"({"label_counts": {"1": 1, "2": 1}})"},
     {"locked_label_is_not_erased",
      "key b; at axial 10 20; click left; section labels; widget labels/lock/1; key e; at axial "
@@ -142,7 +143,7 @@ const RecordedSteps kSessions[] = {
      "20; click left",
      R"({"label_counts": {"1": 1}})"},
     {"unlocked_label_is_painted_over",
-     "key b; at axial 10 20; click left; section brush; widget tool/label 0.8; at axial 10 20; "
+     "key b; at axial 10 20; click left; section brush; widget tool/label 0.95; at axial 10 20; "
      "click left",
      R"({"label_counts": {"2": 1}})"},
     {"label_above_255_is_drawn",
@@ -172,7 +173,7 @@ const RecordedSteps kSessions[] = {
      "enter; at axial 40 20; hold ctrl; key z; let ctrl; idle",
      R"({"label_names": {"1": null}, "undo_steps": 1, "message": "undone: label names"})"},
     {"label_named_and_found_by_it",
-     "key b; at axial 10 20; click left; section brush; widget tool/label 0.8; at axial 40 20; "
+     "key b; at axial 10 20; click left; section brush; widget tool/label 0.95; at axial 40 20; "
      "click left; section labels; widget labels/name; type spleen; widget labels/find; type SPL",
      R"({"widgets": {"labels/row/1": null}, "label_names": {"2": "spleen"}})"},
     {"label_in_its_largest_piece",

@@ -73,7 +73,7 @@ const RecordedSteps kAllSessions[] = {
     {"tool_keys_crosshair", "key x; key c", R"({"tool": {"hand": "crosshair"}})"},
     {"tool_size", "key =; key =; key -", R"({"tool": {"radius_mm": 3.75}})"},
     {"tool_by_widget", "widget tool/erase", R"({"tool": {"hand": "erase"}})"},
-    {"label_by_widget", "section brush; widget tool/label 0.8", R"({"tool": {"label": 2}})"},
+    {"label_by_widget", "section brush; widget tool/label 0.95", R"({"tool": {"label": 2}})"},
     {"labels_hidden", "key s", R"({"labels": {"shown": false, "opacity": 0.4}})"},
     {"labels_faded", "key a; key a", R"({"labels": {"shown": true, "opacity": 0.2}})"},
     {"labels_not_below_0", "key a; key a; key a; key a; key a; key a",

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "engine/volume/builder.h"
+#include "tests/view/drawn_text.h"
 #include "tests/view/viewer_fixture.h"
 
 namespace palpate::view {
@@ -178,6 +179,40 @@ TEST_F(Layouts, ALongNameOfALabelTakesMoreLines) {
         EXPECT_GE(two.size_px.y, one.size_px.y + static_cast<int>(ImGui::GetTextLineHeight()));
         EXPECT_EQ(three.size_px.y, one.size_px.y);
         EXPECT_GE(three.low_px.y, two.low_px.y + two.size_px.y);
+    }
+}
+
+// The name of a setting stands at its left, at the panel's edge, and the sliders of a task are
+// below each other.
+TEST_F(Layouts, NamesOfSettingsStandAtTheirLeft) {
+    Settings settings;
+    for (const SectionEntry& section : sections())
+        settings.sections.set(section.section, true);
+    set_settings(settings);
+    for (const double text_scale : {1.0, 1.5, 2.0}) {
+        open_window(Source{open_synthetic("synthetic:phantom?size=8")}, {1920, 4000}, {}, {},
+                    text_scale);
+        for (const auto& [task, ids] :
+             {std::pair(WindowTask::look,
+                        std::vector{"labels/opacity", "slices/thickness", "slices/outline"}),
+              {WindowTask::segment, {"tool/radius", "labels/opacity", "labels/outline"}},
+              {WindowTask::drill, {"drill/burr", "touch/stiffness"}},
+              {WindowTask::exporting, {"export/decimate", "export/scale", "export/wall"}}}) {
+            take_task(task);
+            frame({});
+            const std::vector<DrawnLetter> letters = letters_of(viewer().interface().lists());
+            const Box panel = places_of(state()).tools;
+            for (const char* id : ids) {
+                const Box track = box(id);
+                EXPECT_EQ(track.low_px.x, box(ids.front()).low_px.x) << id;
+                const auto names = [&](const DrawnLetter& one) {
+                    return one.middle().x > static_cast<float>(panel.low_px.x) &&
+                           one.high.x <= static_cast<float>(track.low_px.x) &&
+                           track.holds({track.low_px.x, one.middle().y});
+                };
+                EXPECT_GE(std::count_if(letters.begin(), letters.end(), names), 4) << id;
+            }
+        }
     }
 }
 

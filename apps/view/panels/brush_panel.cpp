@@ -35,7 +35,7 @@ void draw_brush_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& w
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     ui.note("tool/radius");
     int label = state.label;
-    if (ImGui::InputInt("label", &label))
+    if (ImGui::InputInt(named("label").c_str(), &label))
         state.label = static_cast<uint16_t>(std::clamp(label, 1, 65535));
     ui.note("tool/label");
     draw_only_values(ui, ends, state, work);

@@ -6,6 +6,7 @@
 
 #include "apps/view/drawing/mark_drawing.h"
 #include "apps/view/panels/panels.h"
+#include "apps/view/panels/widgets.h"
 #include "apps/view/tools/clip_tool.h"
 
 namespace palpate::view {
@@ -98,8 +99,8 @@ void draw_clip_panel(Widgets& ui, ViewState& state, Work& work) {
         ClipPlane& plane = state.notes.clip_planes[*clipping.selected];
         double along = glm::dot(plane.normal, plane.point_mm - center_mm(grid));
         const double most = extent_mm(grid), least = -most;
-        if (ImGui::DragScalar("mm", ImGuiDataType_Double, &along, 0.2f, &least, &most, "%.1f",
-                              ImGuiSliderFlags_AlwaysClamp))
+        if (ImGui::DragScalar(named("place").c_str(), ImGuiDataType_Double, &along, 0.2f, &least,
+                              &most, "%.1f mm", ImGuiSliderFlags_AlwaysClamp))
             plane.point_mm = center_mm(grid) + along * plane.normal;
         ui.note("clip/mm");
         if (ImGui::Button("other side"))

@@ -44,7 +44,7 @@ void draw_choices(Widgets& ui, ExportSetup& setup, const ViewState& state, Work&
     const auto& now = chosen == all.end() ? all.front() : *chosen;
     setup.of_label = !now.second;
     setup.made.iso = now.second;
-    if (ImGui::BeginCombo("surface", now.first.c_str())) {
+    if (ImGui::BeginCombo(named("surface").c_str(), now.first.c_str())) {
         for (size_t i = 0; i < all.size(); ++i) {
             if (ImGui::Selectable(all[i].first.c_str(), &all[i] == &now)) {
                 setup.of_label = !all[i].second;

@@ -17,11 +17,11 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
                    {"coronal", Panel::coronal},
                    {"sagittal", Panel::sagittal}});
     ui.note("figure/panel");
-    if (ImGui::InputInt2("pixels", &figure.size_px.x))
+    if (ImGui::InputInt2(named("pixels").c_str(), &figure.size_px.x))
         figure.size_px = glm::clamp(figure.size_px, 16, FigureSetup::kMost_px);
     ui.note("figure/size");
     if (figure.panel == Panel::volume) {
-        if (ImGui::InputInt("round in", &figure.pictures))
+        if (ImGui::InputInt(named("round in").c_str(), &figure.pictures))
             figure.pictures = std::clamp(figure.pictures, 1, FigureSetup::kMostPictures);
         if (ImGui::IsItemHovered())
             ImGui::SetTooltip("%s",

@@ -70,10 +70,9 @@ void draw_files_section(Widgets& ui, FilesPanel& panel, ViewState& state, Work& 
 
 void draw_appearance_section(Widgets& ui, ViewState& state) {
     ui.check("light", "file/light", state.light);
-    ImGui::SameLine();
     constexpr double scales[] = {1.0, 1.25, 1.5, 2.0};
-    ImGui::SetNextItemWidth(5.0f * ImGui::GetFontSize());
-    if (ImGui::BeginCombo("text", fmt::format("{:g}", state.text_scale).c_str())) {
+    if (ImGui::BeginCombo(named("letters").c_str(),
+                          fmt::format("{:g}", state.text_scale).c_str())) {
         for (const double scale : scales) {
             if (ImGui::Selectable(fmt::format("{:g}", scale).c_str(), state.text_scale == scale))
                 state.text_scale = scale;

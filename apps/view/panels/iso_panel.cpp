@@ -94,10 +94,9 @@ bool draw_row(Widgets& ui, IsoList& list, size_t number, const ViewState& state,
     ui.note(id("value"));
     ImGui::SameLine();
     ImGui::SetNextItemWidth(half);
-    const double least = 0.01, most = 1.0;
-    if (ImGui::SliderScalar("##opacity", ImGuiDataType_Double, &one.surface.opacity, &least, &most,
-                            "opacity %.2f", ImGuiSliderFlags_AlwaysClamp))
-        changed = true;
+    changed |= slide("##opacity", one.surface.opacity, 0.01, 1.0, "%.2f");
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("opacity of the surface: at 1 nothing is seen through it");
     ui.note(id("opacity"));
     ImGui::PopID();
     return goes;

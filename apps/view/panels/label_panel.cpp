@@ -205,7 +205,7 @@ void draw_label_changes(Widgets& ui, ViewState& state) {
         const float width =
             ImGui::CalcTextSize(change.title).x + 2.0f * ImGui::GetStyle().FramePadding.x;
         if (change.takes_mm && !std::exchange(has_mm, true)) {
-            slide("by", state.change_label_mm, 0.1, 20.0, "%.2g mm", true);
+            slide("distance", state.change_label_mm, 0.1, 20.0, "%.2g mm", true);
             ui.note("labels/by");
             is_first = true;
         }
@@ -289,8 +289,8 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& wo
     }
     ImGui::EndDisabled();
     ui.note("labels/new");
-    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("find_").x);
-    ImGui::InputText("find", panel.sought.data(), panel.sought.size());
+    ImGui::SetNextItemWidth(-1.0f);
+    ImGui::InputTextWithHint("##find", "find a label", panel.sought.data(), panel.sought.size());
     ui.note("labels/find");
     std::vector<uint32_t> found = all;
     std::erase_if(found, [&](uint32_t label) {

@@ -49,7 +49,7 @@ void draw_measure(Widgets& ui, ViewState& state, Work& work) {
     ImGui::Separator();
     std::array<char, 128> name{};
     measure.name.copy(name.data(), name.size() - 1);
-    if (ImGui::InputText("name", name.data(), name.size()))
+    if (ImGui::InputText(named("name").c_str(), name.data(), name.size()))
         measure.name = name.data();
     ui.note("measure/name");
     if (const auto measured = work.measured(measure)) {

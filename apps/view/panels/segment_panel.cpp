@@ -61,13 +61,10 @@ void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMet
         ui.note(fmt::format("segment/give/{}", parameter.name));
         ImGui::SameLine();
         if (is_given) {
-            ImGui::SetNextItemWidth(0.35f * ImGui::GetWindowWidth());
             double& value = given[parameter.name];
-            if (ImGui::InputDouble("##value", &value, 0.0, 0.0, "%.6g"))
+            if (ImGui::InputDouble(named(parameter.name).c_str(), &value, 0.0, 0.0, "%.6g"))
                 value = std::clamp(value, parameter.least, parameter.most);
             ui.note(fmt::format("segment/value/{}", parameter.name));
-            ImGui::SameLine();
-            ImGui::TextUnformatted(parameter.name);
         } else {
             ImGui::TextUnformatted(parameter.name);
             ImGui::SameLine();
@@ -99,15 +96,11 @@ void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) 
         of += fmt::format("{} {}", of.empty() ? "of label" : ",", label);
     ImGui::TextDisabled("%s", of.c_str());
     const bool by_octaves = is_object_below(*strength->method);
-    const auto to_slider = [&](double bound) { return by_octaves ? std::log2(bound) : bound; };
-    const double bound = segmenting.preview.value_or(strength->bound);
-    double at = to_slider(std::max(bound, by_octaves ? strength->least : 0.0));
-    const double least = to_slider(strength->least), most = to_slider(strength->most);
+    double bound =
+        std::max(segmenting.preview.value_or(strength->bound), by_octaves ? strength->least : 0.0);
     ImGui::BeginDisabled(work.segmentation().share().has_value());
-    if (ImGui::SliderScalar("bound", ImGuiDataType_Double, &at, &least, &most,
-                            fmt::format("{:.4g}", bound).c_str(),
-                            ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput))
-        segmenting.preview = by_octaves ? std::exp2(at) : at;
+    if (slide("bound", bound, strength->least, strength->most, "%.4g", by_octaves))
+        segmenting.preview = bound;
     ImGui::EndDisabled();
     ui.note("segment/bound");
     bound_held = ImGui::IsItemActive();
@@ -174,7 +167,7 @@ void draw_seeds_section(Widgets& ui, ViewState& state) {
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     ui.note("segment/radius");
     int label = state.label;
-    if (ImGui::InputInt("label", &label))
+    if (ImGui::InputInt(named("label").c_str(), &label))
         state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
     ui.note("segment/label");
     ui.button("clear seeds", "segment/clear", order::ClearSeeds{});
@@ -199,9 +192,9 @@ void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
         state.tool = &kPullTool;
     ui.note("mesh/pull");
     Pulling& pulling = state.own.of<Pulling>();
-    int reach = static_cast<int>(pulling.reach);
-    if (ImGui::SliderInt("patch", &reach, 0, 12, "%d faces", ImGuiSliderFlags_AlwaysClamp))
-        pulling.reach = static_cast<uint32_t>(reach);
+    double reach = pulling.reach;
+    if (slide("patch", reach, 0.0, 12.0, "%.0f faces"))
+        pulling.reach = static_cast<uint32_t>(std::lround(reach));
     ui.note("mesh/reach");
     ui.button(fmt::format("into label {}", work.mesh_pulling().mesh()->label()).c_str(),
               "mesh/apply", order::ApplyMesh{});

@@ -55,8 +55,24 @@ bool draw_track(double& value, double low, double high, const char* format, bool
 
 } // namespace
 
-bool slide(const char* id, double& value, double low, double high, const char* format,
+std::string named(const char* name) {
+    const char* const end = ImGui::FindRenderedTextEnd(name);
+    if (end == name)
+        return name;
+    const float room = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
+    const float text = ImGui::CalcTextSize(name, end).x + ImGui::GetStyle().ItemInnerSpacing.x;
+    const float column = std::max(room - ImGui::CalcItemWidth(), text); // a long name has more
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(name, end);
+    ImGui::SameLine();
+    ImGui::SetCursorPosX(left + std::round(column));
+    ImGui::SetNextItemWidth(std::max(1.0f, room - std::round(column)));
+    return fmt::format("##{}", name);
+}
+
+bool slide(const char* name, double& value, double low, double high, const char* format,
            bool logarithmic) {
+    const std::string id = named(name);
     const ImGuiStyle& style = ImGui::GetStyle();
     const float width = ImGui::CalcItemWidth(), gap = style.ItemInnerSpacing.x;
     char shown[64] = "";
@@ -65,7 +81,7 @@ bool slide(const char* id, double& value, double low, double high, const char* f
         std::clamp(ImGui::CalcTextSize(shown).x + 2.0f * style.FramePadding.x + 2.0f, 0.4f * width,
                    0.65f * width);
     ImGui::BeginGroup();
-    ImGui::PushID(id);
+    ImGui::PushID(id.c_str());
     bool changed = draw_track(value, low, high, format, logarithmic,
                               std::max(1.0f, std::floor(width - gap - field)));
     const ImRect track = GImGui->LastItemData.Rect;
@@ -78,10 +94,6 @@ bool slide(const char* id, double& value, double low, double high, const char* f
         changed = true;
     }
     ImGui::PopID();
-    if (const char* const end = ImGui::FindRenderedTextEnd(id); end > id) {
-        ImGui::SameLine(0.0f, gap);
-        ImGui::TextUnformatted(id, end);
-    }
     ImGui::EndGroup();
     GImGui->LastItemData.Rect = track; // what is pressed for a value by the mouse
     return changed;

@@ -22,7 +22,7 @@ using view::slide; // beside the one below
 template <class Choice, class Choices>
 bool choose_named(const char* id, Choice& now, const Choices& all) {
     bool changed = false;
-    if (ImGui::BeginCombo(id, name_of(now))) {
+    if (ImGui::BeginCombo(named(id).c_str(), name_of(now))) {
         for (const Choice value : all)
             if (ImGui::Selectable(name_of(value), value == now)) {
                 now = value;
@@ -52,7 +52,7 @@ void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
     HandOptions options = touch.options();
     bool changed = false;
     const std::string device = options.device.empty() ? kMouse : options.device;
-    if (ImGui::BeginCombo("device", device.c_str())) {
+    if (ImGui::BeginCombo(named("device").c_str(), device.c_str())) {
         constexpr double kFresh_s = 1.0; // asking USB takes longer than a frame has
         if (ImGui::IsWindowAppearing() || !(ui.time_s - panel.devices_at_s < kFresh_s)) {
             panel.devices = touch.devices();
@@ -66,7 +66,7 @@ void draw_device(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
         ImGui::EndCombo();
     }
     ui.note("touch/device");
-    if (ImGui::BeginCombo("algorithm", options.algorithm.c_str())) {
+    if (ImGui::BeginCombo(named("algorithm").c_str(), options.algorithm.c_str())) {
         for (const AlgorithmEntry& entry : algorithms())
             if (follows_edits(entry)) {
                 if (ImGui::Selectable(entry.name, entry.name == options.algorithm)) {
@@ -231,7 +231,7 @@ void draw_plots(Widgets& ui, const ViewState& state, Work& work) {
     const auto plot = [&](const char* id, const std::vector<float>& values, float least, float most,
                           const char* format) {
         const auto [low, high] = std::minmax_element(values.begin(), values.end());
-        ImGui::PlotLines(id, values.data(), static_cast<int>(values.size()), 0,
+        ImGui::PlotLines(named(id).c_str(), values.data(), static_cast<int>(values.size()), 0,
                          fmt::format(fmt::runtime(format), values.back()).c_str(),
                          std::min(least, *low), std::max(most, *high),
                          ImVec2(0.0f, 3.0f * ImGui::GetTextLineHeight()));

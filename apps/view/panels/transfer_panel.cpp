@@ -134,15 +134,17 @@ void draw_chosen_point(Widgets& ui, ViewState& state, Work& work, TransferFuncti
     const float speed = std::max(1e-6f, (range.max - range.min) / 2000.0f);
     const GreyWindow reach = limited({-INFINITY, INFINITY}, range);
     const auto drag = [&](const char* id, double& value) {
-        const bool moved = ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &reach.low,
-                                             &reach.high, "%.5g", ImGuiSliderFlags_AlwaysClamp);
+        const bool moved =
+            ImGui::DragScalar(named(id).c_str(), ImGuiDataType_Double, &value, speed, &reach.low,
+                              &reach.high, "%.5g", ImGuiSliderFlags_AlwaysClamp);
         ui.note(fmt::format("transfer/{}", id));
         return moved;
     };
     const auto color_edit = [&](glm::dvec3& color) {
         float rgb[] = {static_cast<float>(color.x), static_cast<float>(color.y),
                        static_cast<float>(color.z)};
-        const bool edited = ImGui::ColorEdit3("colour", rgb, ImGuiColorEditFlags_Float);
+        const bool edited =
+            ImGui::ColorEdit3(named("colour").c_str(), rgb, ImGuiColorEditFlags_Float);
         ui.note("transfer/colour");
         if (edited)
             color =
@@ -153,9 +155,7 @@ void draw_chosen_point(Widgets& ui, ViewState& state, Work& work, TransferFuncti
     if (chosen->of == TransferPoint::Of::opacity && number < function.opacities.size()) {
         auto point = function.opacities[number];
         bool moved = drag("value", point.value);
-        const double none = 0.0, all = 1.0;
-        moved |= ImGui::DragScalar("opacity", ImGuiDataType_Double, &point.opacity, 0.002f, &none,
-                                   &all, "%.3f", ImGuiSliderFlags_AlwaysClamp);
+        moved |= slide("opacity", point.opacity, 0.0, 1.0, "%.3f");
         ui.note("transfer/opacity");
         if (moved)
             move_opacity(function, number, point.value, point.opacity);
@@ -172,9 +172,7 @@ void draw_chosen_point(Widgets& ui, ViewState& state, Work& work, TransferFuncti
         if (layer.mode == RayMode::iso) {
             IsoSurface& iso = layer.isos[number];
             color_edit(iso.color);
-            const double least = 0.01, most = 1.0;
-            ImGui::DragScalar("opacity", ImGuiDataType_Double, &iso.opacity, 0.005f, &least, &most,
-                              "%.2f", ImGuiSliderFlags_AlwaysClamp);
+            slide("opacity", iso.opacity, 0.01, 1.0, "%.2f");
             ui.note("transfer/opacity");
         } else {
             ImGui::TextDisabled("solid to the hand from here on");
@@ -200,7 +198,7 @@ void draw_felt(Widgets& ui, Work& work, const TransferFunction& function) {
 } // namespace
 
 void draw_presets(Widgets& ui, RayCastLayer& layer, Work& work, bool& changed) {
-    if (!ImGui::BeginCombo("colours", "presets"))
+    if (!ImGui::BeginCombo(named("colours").c_str(), "presets"))
         return;
     const float height = ImGui::GetTextLineHeight();
     for (const std::string_view name : preset_names()) {
@@ -330,8 +328,8 @@ void draw_transfer_panel(Widgets& ui, ViewState& state, Work& work) {
     ui.check("log counts", "transfer/log", editing.log_counts);
     double ends[] = {plot.low, plot.high};
     const float speed = static_cast<float>((most - least) / 1000.0);
-    if (ImGui::DragScalarN("values", ImGuiDataType_Double, ends, 2, speed, &least, &most, "%.5g",
-                           ImGuiSliderFlags_AlwaysClamp) &&
+    if (ImGui::DragScalarN(named("values").c_str(), ImGuiDataType_Double, ends, 2, speed, &least,
+                           &most, "%.5g", ImGuiSliderFlags_AlwaysClamp) &&
         ends[0] < ends[1]) {
         editing.low = ends[0];
         editing.high = ends[1];

@@ -54,6 +54,10 @@ inline void begin_dialog(const char* title, bool* open, const ViewState& state,
                      ImGuiWindowFlags_NoSavedSettings);
 }
 
+// Draws the name of a setting at the left, in a column that all of a panel share, and leaves the
+// rest of the line to the next widget. Returns the widget's id, which shows no name.
+std::string named(const char* name);
+
 // A list of names to choose from; whether the choice changed.
 template <class Choice, class List = std::initializer_list<std::pair<const char*, Choice>>>
 bool choose(const char* id, Choice& now, const List& all) {
@@ -62,7 +66,7 @@ bool choose(const char* id, Choice& now, const List& all) {
         if (value == now)
             shown = name;
     bool changed = false;
-    if (ImGui::BeginCombo(id, shown)) {
+    if (ImGui::BeginCombo(named(id).c_str(), shown)) {
         for (const auto& [name, value] : all)
             if (ImGui::Selectable(name, value == now)) {
                 now = value;
@@ -73,9 +77,9 @@ bool choose(const char* id, Choice& now, const List& all) {
     return changed;
 }
 
-// A slider, and beside it a field into which the value is typed; `format` has its unit. As an item
-// it is the track of the slider. Whether the value changed.
-bool slide(const char* id, double& value, double low, double high, const char* format,
+// The name of a value, its slider, and a field into which it is typed; `format` has its unit. As an
+// item it is the track of the slider. Whether the value changed.
+bool slide(const char* name, double& value, double low, double high, const char* format,
            bool logarithmic = false); // low > 0 where it is logarithmic
 
 // A name in lines that have room in a width, the first one in a width of its own: broken after

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/view/panels/panels.h"
+#include "apps/view/panels/widgets.h"
 
 namespace palpate::view {
 
@@ -32,13 +33,15 @@ void drag_ends(Widgets& ui, WindowEnds& ends, const char* group, std::array<cons
                GreyWindow& window, double least, GreyWindow limits, Work& work) {
     const ValueRange range = work.subject().range;
     const auto speed = static_cast<float>(std::max(1e-3, double{range.max} - range.min) / 2000.0);
+    const std::string format = fmt::format("{}{}{}", are_whole_enough(range) ? "%.0f" : "%.5g",
+                                           work.unit().empty() ? "" : " ", work.unit());
     for (const bool upper : {false, true}) {
         double value = upper ? window.high : window.low;
         const double from = upper ? window.low + least : limits.low;
         const double to = upper ? limits.high : window.high - least;
         const char* name = names[upper ? 1 : 0];
-        const bool changed = ImGui::DragScalar(name, ImGuiDataType_Double, &value, speed, &from,
-                                               &to, are_whole_enough(range) ? "%.0f" : "%.5g");
+        const bool changed = ImGui::DragScalar(named(name).c_str(), ImGuiDataType_Double, &value,
+                                               speed, &from, &to, format.c_str());
         if (ImGui::IsItemActivated())
             ends.before = window;
         if (changed) {
