@@ -6,6 +6,7 @@
 
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
+#include "engine/gpu/dispatch.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -176,19 +177,13 @@ void check(VkResult result, const std::string& what) {
 }
 
 Instance::Instance(VkInstance adopted) : handle_(adopted), owned_(false) {
-    if (volkInitialize() != VK_SUCCESS)
-        throw GpuError("no Vulkan loader (libvulkan.so.1) was found");
-    // The loader's functions serve every instance. Those loaded before stay, for an instance
-    // without an extension has no functions of it.
-    if (volkGetLoadedInstance() == VK_NULL_HANDLE)
-        volkLoadInstance(adopted);
+    load_vulkan();
+    load_vulkan(adopted);
 }
 
 Instance::Instance(bool validation, std::span<const std::string> wanted) {
     const profile::Scope scope("load the graphics driver");
-    if (volkInitialize() != VK_SUCCESS)
-        throw GpuError(
-            "no Vulkan loader (libvulkan.so.1) was found; install libvulkan1 and a driver");
+    load_vulkan();
     const uint32_t layer_version = validation ? version_of_layer(kValidationLayer) : 0;
     if (validation && layer_version == 0)
         throw GpuError("the Vulkan validation layer is not installed (vulkan-validationlayers)");
@@ -238,7 +233,7 @@ Instance::Instance(bool validation, std::span<const std::string> wanted) {
             "expected a Vulkan driver, found none (Debian's mesa-vulkan-drivers has one that needs "
             "no graphics card)");
     check(made, "creating a Vulkan instance");
-    volkLoadInstance(handle_);
+    load_vulkan(handle_);
     if (validation && has_debug_utils_)
         check(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
               "listening to validation");
