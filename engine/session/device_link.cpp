@@ -35,7 +35,6 @@ Result<void> DeviceLink::start(SessionDevice device) {
         PALPATE_TRY(device.device.home());
     servo_thread_.reset();
     servo_.reset();
-    running_ = true;
     move_workspace({device.workspace.scale(), device.workspace.rotation()});
     algorithm_ = device.algorithm.make();
     buttons_ = {device.servo.remove_button, device.servo.second_button};
@@ -46,8 +45,10 @@ Result<void> DeviceLink::start(SessionDevice device) {
         device.workspace, device.servo);
     if (device.armed)
         servo_->arm();
-    if (!threaded)
+    if (!threaded) {
+        running_ = true;
         return {};
+    }
     ServoThreadOptions options;
     options.memory = std::move(device.memory);
     for (const std::span<const std::byte> memory : algorithm_->memory())
@@ -58,8 +59,14 @@ Result<void> DeviceLink::start(SessionDevice device) {
         follow(tick);
         return !after || after(tick);
     };
+    running_ = true;
+    try {
+        servo_thread_ = std::make_unique<ServoThread>(*servo_, std::move(options));
+    } catch (...) { // no memory, or no thread: nothing runs
+        running_ = false;
+        throw;
+    }
     parts_.editor.poll_inputs(true);
-    servo_thread_ = std::make_unique<ServoThread>(*servo_, std::move(options));
     parts_.locker->wake();
     return {};
 }

@@ -45,7 +45,7 @@ class PicturesTest : public ViewerTest {
         if (!pictures.failure())
             made_.acquire();
         const auto failure = pictures.failure();
-        EXPECT_FALSE(failure) << *failure;
+        EXPECT_FALSE(failure) << failure->why;
         return !failure;
     }
     // Until every view has its full picture; all that came. Pictures of told().
@@ -168,7 +168,7 @@ TEST_F(PicturesTest, NoViewWaitsForAnother) {
     of = &pictures;
     pictures.want(all.front());
     done.get_future().wait();
-    ASSERT_EQ(made.size(), all.size()) << pictures.failure().value_or("");
+    ASSERT_EQ(made.size(), all.size()) << pictures.failure().value_or(Pictures::Failure{}).why;
     // A turn is three slices, which are made together, and the volume.
     const auto first =
         static_cast<size_t>(std::find(made.begin(), made.end(), Panel::volume) - made.begin());

@@ -79,13 +79,19 @@ class ViewerTest : public ::testing::Test {
     void set_settings(const Settings& settings) { settings_ = settings; }       // before open()
     using ReadBeside = std::function<Result<LoadedVolume>(const std::string& path, bool labels)>;
     void set_beside(ReadBeside read) { beside_ = std::move(read); } // before open()
+    std::function<void(bool begins)>
+        at_frame_; // called before and after each frame, if there is one
     Viewer& viewer() { return *viewer_; }
     const ViewState& state() { return viewer_->state(); }
     const Grid& grid() { return viewer_->work().subject().grid; }
     void frame(std::vector<Event> events, double seconds = 0.4) { // clicks are single ones
         for (Event& event : events)
             event.time_s = time_s_;
+        if (at_frame_)
+            at_frame_(true);
         viewer_->frame(std::move(events), time_s_);
+        if (at_frame_)
+            at_frame_(false);
         time_s_ += seconds;
     }
     void move(glm::dvec2 to, Modifiers held = {}) {

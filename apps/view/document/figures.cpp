@@ -1,5 +1,6 @@
 #include "apps/view/document/figures.h"
 
+#include "engine/base/failure.h"
 #include "engine/base/profile.h"
 
 namespace palpate::view {
@@ -41,8 +42,21 @@ void Figures::want(Wish wish) {
         slow_.request_stop();
         wake_.notify_one();
     }
-    if (!threaded_)
+    if (threaded_)
+        return;
+    try {
         make(*wish_, {}, {});
+    } catch (const std::exception&) {
+        begin_again();
+        wish_.reset();
+        throw;
+    }
+}
+
+// Counts that were broken off are of no volume.
+void Figures::begin_again() {
+    label_counts_.reset();
+    histogram_.reset();
 }
 
 std::shared_ptr<const Figures::Known> Figures::known() {
@@ -66,7 +80,12 @@ void Figures::run(const std::stop_token& stop) {
         }
         try {
             make(*wish, slow, stop);
-        } catch (const std::exception&) { // samples that cannot be read: the picture says it
+        } catch (const std::exception& error) { // samples that cannot be read: the picture says it
+            begin_again();
+            constexpr std::chrono::milliseconds kAgain(100);
+            std::unique_lock held(mutex_);
+            if (is_lack_of_memory(error)) // else it would be the same again
+                is_new_ = !wake_.wait_for(held, stop, kAgain, [&] { return is_new_; }) || is_new_;
         }
     }
 }

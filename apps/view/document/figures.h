@@ -45,6 +45,7 @@ class Figures {
 
  private:
     void run(const std::stop_token& stop);
+    void begin_again();
     void make(const Wish& wish, const std::stop_token& slow, const std::stop_token& quit);
     void tell(const Known& known);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/failure.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
 #include "engine/gpu/error.h"
@@ -87,7 +88,7 @@ Result<void> Pictures::draw_print(const Print& print) {
     return save_png(print.path, shown_picture(print.look, scene, std::move(frame.eyes), true));
 }
 
-std::optional<std::string> Pictures::failure() {
+std::optional<Pictures::Failure> Pictures::failure() {
     const std::scoped_lock held(mutex_);
     return failure_;
 }
@@ -105,7 +106,7 @@ void Pictures::run(const std::stop_token& stop) {
                 print = std::exchange(print_, std::nullopt);
             }
             if (print) {
-                print->done(draw_print(*print));
+                print->done(attempt(print->path.string(), [&] { return draw_print(*print); }));
                 if (options_.on_picture)
                     options_.on_picture();
             }
@@ -115,7 +116,7 @@ void Pictures::run(const std::stop_token& stop) {
         return;
     } catch (const std::exception& error) { // of the device
         const std::scoped_lock held(mutex_);
-        failure_ = error.what();
+        failure_ = {failure_text(error), is_lack_of_memory(error)};
         print_.reset();
     }
     if (options_.on_picture)

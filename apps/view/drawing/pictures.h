@@ -72,8 +72,12 @@ class Pictures {
         std::function<void(Result<void>)> done;
     };
     void print(Print print);
-    // Why the thread has ended, if it has.
-    std::optional<std::string> failure();
+    // Why the thread has ended, if it has; for lack of memory, others may be made in its place.
+    struct Failure {
+        std::string why;
+        bool for_lack_of_memory = false;
+    };
+    std::optional<Failure> failure();
 
  private:
     // RMSE of colours: 40 dB below white.
@@ -144,7 +148,7 @@ class Pictures {
     uint64_t wished_ = 0;
     std::array<std::optional<Picture>, kPanels.size()> done_;
     std::optional<Print> print_;
-    std::optional<std::string> failure_;
+    std::optional<Failure> failure_;
 
     std::jthread thread_; // last: ends before the rest goes
 };

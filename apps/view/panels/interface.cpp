@@ -10,6 +10,8 @@
 #include "apps/view/panels/widget_help.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/keys.h"
+#include "engine/base/failure.h"
+#include "engine/gpu/error.h"
 
 namespace palpate::view {
 
@@ -48,6 +50,17 @@ void name_keys(ImGuiIO& io) {
         io.KeyMap[key] = number_of(name);
 }
 
+// Windows and lists in which a panel has stopped.
+void end_what_was_begun() {
+#if IMGUI_VERSION_NUM >= 19140
+    ImGuiErrorRecoveryState none; // of the frame's begin
+    none.SizeOfWindowStack = 1;
+    ImGui::ErrorRecoveryTryToRecoverState(&none);
+#else
+    ImGui::ErrorCheckEndFrameRecover(nullptr);
+#endif
+}
+
 } // namespace
 
 Interface::Interface(double text_scale) {
@@ -58,9 +71,14 @@ Interface::Interface(double text_scale) {
     io.LogFilename = nullptr;
     io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
     name_keys(io);
-    set_lengths(text_scale);
-    use_theme(false);
-    load_letters(text_scale);
+    try {
+        set_lengths(text_scale);
+        use_theme(false);
+        load_letters(text_scale);
+    } catch (const std::exception&) {
+        ImGui::DestroyContext();
+        throw;
+    }
 }
 
 Interface::~Interface() {
@@ -208,6 +226,21 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     if (std::exchange(is_light_, state.light) != state.light)
         use_theme(state.light);
     ImGui::NewFrame();
+    try {
+        draw(events, state, work, pictures);
+    } catch (const GpuError&) {
+        throw;
+    } catch (const std::exception& error) { // such as memory that ran out
+        work.tell("panels: " + failure_text(error));
+        end_what_was_begun();
+    }
+    busy_ = ImGui::IsAnyItemActive();
+    ImGui::Render();
+    return std::exchange(ui_.orders, {});
+}
+
+void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& work,
+                     const std::array<PictureState, kPanels.size()>& pictures) {
     if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && // such as a list
         ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
         ImGui::ClosePopupToLevel(0, true);
@@ -240,9 +273,6 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
                 tool->marks(behind, state, work, view.panel, view.box);
         draw_hand_marks(behind, state, work, view.panel, view.box);
     }
-    busy_ = ImGui::IsAnyItemActive();
-    ImGui::Render();
-    return std::exchange(ui_.orders, {});
 }
 
 const ImDrawData& Interface::lists() const {

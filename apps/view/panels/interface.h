@@ -61,6 +61,8 @@ class Interface {
 
  private:
     void feed(const Event& event);
+    void draw(const std::vector<Event>& events, ViewState& state, Work& work,
+              const std::array<PictureState, kPanels.size()>& pictures);
 
     Widgets ui_;
     SidePanel side_;

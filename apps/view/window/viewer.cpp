@@ -8,7 +8,9 @@
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/interaction.h"
 #include "engine/base/failure.h"
+#include "engine/base/log.h"
 #include "engine/base/profile.h"
+#include "engine/gpu/error.h"
 
 namespace palpate::view {
 
@@ -38,20 +40,25 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
 }
 
 void Viewer::begin(Source source) {
+    // What may fail comes before what is open goes.
+    const LoadedScene& loaded = source.scene.loaded;
+    Pictures::Options pictures_with = {
+        .renderer = options_.renderer,
+        .frame_ms = options_.frame_ms,
+        .meshes = loaded.data.meshes,
+        .fused = loaded.data.fused,
+        .overlay = loaded.data.overlay,
+        .on_picture = options_.on_picture,
+        .threaded = options_.threaded,
+        .stay = pictures_device_->handle() == interface_device_->handle()};
+    auto work = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
+                                       options_.threaded);
     drop_pictures(); // before the session that they look at
     previews_.reset();
     interface_->show_previews(nullptr);
     interface_->forget_message();
-    pictures_with_ = {.renderer = options_.renderer,
-                      .frame_ms = options_.frame_ms,
-                      .meshes = source.scene.loaded.data.meshes,
-                      .fused = source.scene.loaded.data.fused,
-                      .overlay = source.scene.loaded.data.overlay,
-                      .on_picture = options_.on_picture,
-                      .threaded = options_.threaded,
-                      .stay = pictures_device_->handle() == interface_device_->handle()};
-    work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
-                                   options_.threaded);
+    pictures_with_ = std::move(pictures_with);
+    work_ = std::move(work);
     work_->hand().touch().set_up(options_.hand);
     state_ = work_->subject().home;
     state_.recovered_steps = work_->steps_file().recovered();
@@ -100,26 +107,54 @@ void Viewer::follow_text_scale() {
     make_pictures();
 }
 
-void Viewer::frame(std::vector<Event> events, double time_s) {
-    const profile::Scope scope("frame");
-    time_s_ = time_s;
-    std::vector<Order> orders;
-    // Whether a move is a widget's is known a frame late: the one that left it is the view's, too.
-    const Event still{.kind = Event::Kind::move, .time_s = time_s, .at_px = state_.pointer_px};
-    if (over_widget_ && !state_.drag && !interface_->takes(still)) {
-        over_widget_ = false;
-        state_ = after(std::move(state_), still, work_->subject()).state;
+std::optional<std::string> Viewer::failure() {
+    const auto failure = pictures_ ? pictures_->failure() : std::nullopt;
+    return failure && !failure->for_lack_of_memory ? std::optional(failure->why) : std::nullopt;
+}
+
+template <class Do>
+bool Viewer::attempt_part(const std::string& what, Do&& act) {
+    try {
+        act();
+        return true;
+    } catch (const GpuError&) {
+        throw;
+    } catch (const std::exception& error) { // memory that ran out, samples that cannot be read
+        const std::string told = fmt::format("{}: {}", what, failure_text(error));
+        constexpr double kAgain_s = 10.0; // what fails in each frame
+        if (told != last_failure_ || time_s_ > failed_s_ + kAgain_s) {
+            log::error("{}", told);
+            work_->tell(told);
+            last_failure_ = told;
+            failed_s_ = time_s_;
+        }
+        return false;
     }
-    for (Event& event : events) {
-        event.for_widget = !state_.drag && interface_->takes(event);
-        if (event.kind == Event::Kind::move)
-            over_widget_ = event.for_widget;
-        Outcome next = after(std::move(state_), event, work_->subject());
-        state_ = std::move(next.state);
-        for (Order& order : next.orders)
-            orders.push_back(std::move(order));
-    }
-    bool wants_picture = false;
+}
+
+bool Viewer::has_all() {
+    constexpr double kAgain_s = 1.0;
+    attempt_part("window", [&] {
+        if (!interface_)
+            interface_ = std::make_unique<Interface>(interface_scale_);
+        if (!drawing_)
+            drawing_ = std::make_unique<UiDrawing>(*interface_device_, format_);
+    });
+    if (pictures_)
+        if (const auto failure = pictures_->failure(); failure && failure->for_lack_of_memory) {
+            work_->tell("pictures: " + failure->why);
+            drop_pictures(); // what was being drawn is in no known state
+            pictures_failed_s_ = time_s_;
+        }
+    if (!pictures_ && time_s_ >= pictures_failed_s_ + kAgain_s)
+        attempt_part("pictures", [&] {
+            pictures_failed_s_ = time_s_;
+            make_pictures();
+        });
+    return interface_ && drawing_;
+}
+
+void Viewer::obey(const Order& order, bool& wants_picture) {
     const Overloaded each{
         [&](const order::Open& file) { ask_to_leave({.path = file.path, .series = file.series}); },
         [&](const order::OpenLabels& file) { open_beside(file.path, true); },
@@ -142,18 +177,12 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
         [&](const order::Save& asked) { save(asked); },
         [&](const DocumentOrder& other) { work_->obey(other, state_); },
     };
-    const auto obey = [&](const std::vector<Order>& all) {
-        for (const Order& order : all)
-            try {
-                std::visit(each, order);
-            } catch (const std::bad_alloc& error) { // the document is as it was
-                work_->tell(fmt::format("{}: {}", name_of(order), failure_text(error)));
-            }
-    };
-    obey(orders);
-    poll_opening();
-    follow_text_scale();
-    follow_figure();
+    attempt_part(name_of(order), [&] { std::visit(each, order); });
+}
+
+void Viewer::take_pictures() {
+    if (!pictures_)
+        return;
     for (Picture& picture : pictures_->take()) {
         ++looks_;
         if (saw_picture)
@@ -163,24 +192,76 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     for (const Picture& picture : new_pictures_)
         state_of_pictures_[static_cast<size_t>(picture.panel)] = {
             true, picture.complete, picture.ms, picture.error_estimate};
-    work_->hand().follow(state_, time_s);
-    work_->poll();
-    ask_where_again();
-    leave_when_saved();
-    if (const std::string made = work_->saving().take_new_project();
-        !made.empty() && options_.recent)
-        interface_->set_recent(options_.recent(made));
-    work_->follow_notes(state_, state_.drag || state_.stylus.buttons != 0 || interface_->is_busy());
-    work_->watch(state_);
-    follow_previews();
-    obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
-    keep_settings();
-    work_->show_as_wanted(state_);
+}
+
+void Viewer::follow_work() {
+    attempt_part("hand", [&] { work_->hand().follow(state_, time_s_); });
+    attempt_part("result", [&] { work_->poll(); });
+    attempt_part("saving", [&] {
+        ask_where_again();
+        leave_when_saved();
+        if (const std::string made = work_->saving().take_new_project();
+            !made.empty() && options_.recent)
+            interface_->set_recent(options_.recent(made));
+    });
+    attempt_part("notes", [&] {
+        work_->follow_notes(state_,
+                            state_.drag || state_.stylus.buttons != 0 || interface_->is_busy());
+    });
+    attempt_part("measures", [&] { work_->watch(state_); });
+    attempt_part("previews", [&] { follow_previews(); });
+}
+
+void Viewer::frame(std::vector<Event> events, double time_s) {
+    const profile::Scope scope("frame");
+    time_s_ = time_s;
+    if (!has_all())
+        return;
+    std::vector<Order> orders;
+    // A state that an event has not brought about whole is the one before it.
+    const auto take = [&](const Event& event) {
+        Outcome next = after(state_, event, work_->subject());
+        state_ = std::move(next.state);
+        for (Order& order : next.orders)
+            orders.push_back(std::move(order));
+    };
+    // Whether a move is a widget's is known a frame late: the one that left it is the view's, too.
+    const Event still{.kind = Event::Kind::move, .time_s = time_s, .at_px = state_.pointer_px};
+    if (over_widget_ && !state_.drag && !interface_->takes(still)) {
+        over_widget_ = false;
+        attempt_part("pointer", [&] { state_ = after(state_, still, work_->subject()).state; });
+    }
+    for (Event& event : events) {
+        event.for_widget = !state_.drag && interface_->takes(event);
+        if (event.kind == Event::Kind::move)
+            over_widget_ = event.for_widget;
+        attempt_part(std::string(state_.tool->name), [&] { take(event); });
+    }
+    bool wants_picture = false;
+    for (const Order& order : orders)
+        obey(order, wants_picture);
+    attempt_part("opening", [&] { poll_opening(); });
+    attempt_part("text size", [&] { follow_text_scale(); });
+    if (!has_all())
+        return;
+    attempt_part("figure", [&] { follow_figure(); });
+    attempt_part("pictures", [&] { take_pictures(); });
+    follow_work();
+    attempt_part("panels", [&] {
+        orders = interface_->frame(events, time_s, state_, *work_, state_of_pictures_);
+        for (const Order& order : orders)
+            obey(order, wants_picture);
+    });
+    attempt_part("settings", [&] { keep_settings(); });
+    attempt_part("view", [&] { work_->show_as_wanted(state_); });
     if (!options_.threaded)
-        work_->session().settle();
-    wish();
-    if (wants_picture)
-        save_picture();
+        attempt_part("document", [&] { work_->session().settle(); });
+    attempt_part("pictures", [&] {
+        if (pictures_)
+            wish();
+        if (wants_picture)
+            save_picture();
+    });
 }
 
 // Not while the panel's edge is dragged.
@@ -214,6 +295,8 @@ void Viewer::wish() {
 }
 
 uint64_t Viewer::looks() {
+    if (!interface_)
+        return looks_;
     UiTiles seen = tiles_of(interface_->lists());
     if (seen != tiles_seen_)
         ++looks_;
@@ -222,24 +305,34 @@ uint64_t Viewer::looks() {
 }
 
 void Viewer::record(Commands& commands, UiTarget& target) {
-    for (Picture& picture : new_pictures_) {
-        const uint32_t number = Interface::texture_of(picture.panel);
-        if (!picture.image) {
-            drawing_->set_picture(commands, number, picture.size_px, picture.rgba);
-            continue;
+    if (!interface_ || !drawing_)
+        return;
+    const bool is_whole = attempt_part("window", [&] {
+        for (Picture& picture : new_pictures_) {
+            const uint32_t number = Interface::texture_of(picture.panel);
+            if (!picture.image) {
+                drawing_->set_picture(commands, number, picture.size_px, picture.rgba);
+                continue;
+            }
+            commands.wait_for(picture.ready);
+            drawing_->set_picture(number, std::move(picture.image));
         }
-        commands.wait_for(picture.ready);
-        drawing_->set_picture(number, std::move(picture.image));
-    }
+        if (previews_ && (std::exchange(new_previews_, false) ||
+                          !drawing_->has_picture(Interface::kPreviewsTexture)))
+            drawing_->set_picture(commands, Interface::kPreviewsTexture, previews_->size_px(),
+                                  previews_->rgba());
+        drawing_->record(commands, target, interface_->lists());
+    });
     new_pictures_.clear();
-    if (previews_ && (std::exchange(new_previews_, false) ||
-                      !drawing_->has_picture(Interface::kPreviewsTexture)))
-        drawing_->set_picture(commands, Interface::kPreviewsTexture, previews_->size_px(),
-                              previews_->rgba());
-    drawing_->record(commands, target, interface_->lists());
+    if (is_whole)
+        return;
+    drawing_->forget(); // and all of it once more
+    ++looks_;
 }
 
 Result<void> Viewer::draw_pictures() {
+    if (!pictures_)
+        make_pictures();
     PALPATE_TRY(new_pictures_, pictures_->draw());
     return {};
 }

@@ -83,7 +83,8 @@ class Viewer {
     // The last order about scripts since this was asked: for a window, which does it.
     std::optional<ScriptOrder> take_script_order() { return std::exchange(script_order_, {}); }
     void show_scripts(Scripting scripts) { state_.scripts = std::move(scripts); }
-    std::optional<std::string> failure() { return pictures_->failure(); }
+    // Why no pictures can be drawn any more.
+    std::optional<std::string> failure();
     std::string title() const { return state_.names_hidden ? "" : work_->title(); }
     // The window's first pixel is here on the screen: interleaved layouts count from there.
     void set_place(glm::ivec2 screen_px) { screen_px_ = screen_px; }
@@ -120,6 +121,14 @@ class Viewer {
     void end_figure();             // stops what is being drawn, and waits for it
     std::string file_name() const; // of pictures
     void begin(Source source);
+    // Does a part of a frame; where it throws, a person is told what failed and why. Errors of the
+    // device are passed on.
+    template <class Do>
+    bool attempt_part(const std::string& what, Do&& act);
+    bool has_all(); // that a frame needs: what could not be made before is made
+    void obey(const Order& order, bool& wants_picture);
+    void take_pictures();
+    void follow_work(); // what the document has come to
     void drop_pictures();
     void make_pictures(); // of the session's; the textures are there when they are
     void wish();
@@ -143,6 +152,9 @@ class Viewer {
     double interface_scale_ = 1.0; // that interface_ is made for
     Settings kept_;                // as they were given or kept last
     double liked_scale_ = 0.0;     // of texts, that a person has chosen; 0: none
+    std::string last_failure_;     // of a part of a frame, and when it was
+    double failed_s_ = -1e9;
+    double pictures_failed_s_ = -1e9; // when memory for pictures had run out
     std::stop_source stop_opening_;
     bool done_ = false;
     std::optional<ScriptOrder> script_order_;
