@@ -167,6 +167,7 @@ TEST_F(Files, SettingsAreKeptAndADamagedFileIsTheDefaults) {
     const fs::path path = file("deep/view.json");
     EXPECT_EQ(load_settings(path), Settings());
     Settings liked{true, 1.5, 311.0};
+    liked.indices = true;
     liked.sections.set(Section::clips, true);
     liked.sections.set(Section::window, false);
     ASSERT_TRUE(save_settings(path, liked));

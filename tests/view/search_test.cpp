@@ -71,6 +71,31 @@ TEST_F(SearchTest, AMethodIsChosenWhereItIsRun) {
     EXPECT_TRUE(has_widget("segment/run"));
 }
 
+// A setting that was found is scrolled to once: the wheel then moves the panel freely.
+TEST_F(SearchTest, TheWheelScrollsAwayFromWhatWasFound) {
+    open("synthetic:phantom?size=24", {1280, 720});
+    find("stereo");
+    find("both eyes in 3D");
+    const auto top = [&] { return viewer().interface().widgets().at("stereo/on").low_px.y; };
+    const int found_at = top();
+    const Box panel = places_of(state()).tools;
+    ASSERT_TRUE(panel.holds({panel.low_px.x + 1, found_at}));
+    for (int i = 0; i < 3; ++i)
+        frame({});
+    EXPECT_EQ(top(), found_at);
+    move(glm::dvec2(panel.low_px + panel.size_px / 2));
+    for (int i = 1; i <= 3; ++i) {
+        const int before = top();
+        frame({{.kind = Event::Kind::wheel, .wheel = {0.0, 1.0}}});
+        frame({});
+        const int after = top();
+        EXPECT_GT(after, before) << "the panel moves down by a notch, " << i;
+        frame({});
+        frame({});
+        EXPECT_EQ(top(), after) << "and stays, " << i;
+    }
+}
+
 TEST_F(SearchTest, OneEscapeClosesIt) {
     open("synthetic:phantom?size=24");
     ask("dra");

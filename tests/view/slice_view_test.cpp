@@ -193,5 +193,12 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
     }
 }
 
+// World is left, posterior, superior: each number has the side of its sign.
+TEST(PatientText, HasTheSideOfEachNumber) {
+    EXPECT_EQ(patient_text({12.4, 88.0, 262.3}), "L 12.4  P 88.0  S 262.3 mm");
+    EXPECT_EQ(patient_text({-12.4, -88.0, -262.3}), "R 12.4  A 88.0  I 262.3 mm");
+    EXPECT_EQ(patient_text({-0.04, 0.0, -0.06}), "L 0.0  P 0.0  I 0.1 mm");
+}
+
 } // namespace
 } // namespace palpate::view

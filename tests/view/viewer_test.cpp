@@ -335,6 +335,27 @@ TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
               (std::filesystem::current_path() / "work.palpate").string());
 }
 
+// Patients are told in mm; the sample's indices come when they are asked for.
+TEST_F(ViewerTest, TheLineAtTheBottomHasThePlaceInMm) {
+    open("synthetic:phantom?size=24", {1280, 800});
+    const std::string mm = patient_text(state().crosshair_mm);
+    const auto has = [&](const std::string& part) {
+        return viewer().interface().place().find(part) != std::string::npos;
+    };
+    EXPECT_TRUE(has("crosshair  " + mm)) << viewer().interface().place();
+    EXPECT_FALSE(has("sample"));
+    const glm::dvec2 at = middle(Panel::axial) + glm::dvec2(30.0, 10.0);
+    move(at);
+    frame({});
+    EXPECT_TRUE(has("pointer  " + patient_text(point_under(state(), grid(), Panel::axial, at))));
+    show("appearance");
+    click_widget("file/indices");
+    frame({});
+    const glm::uvec3 sample = sample_at(grid(), state().crosshair_mm).value();
+    EXPECT_TRUE(has(fmt::format("sample ({}, {}, {})", sample.x, sample.y, sample.z)))
+        << viewer().interface().place();
+}
+
 // Lines at the bottom: none is cut, nor covers what stands at the right.
 TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
     const auto overlap = [](const Box& a, const Box& b) {

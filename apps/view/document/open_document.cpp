@@ -107,18 +107,23 @@ std::optional<float> OpenDocument::value_at(const std::string& volume, glm::dvec
     return sample ? std::optional(in->value(*sample)) : std::nullopt;
 }
 
-std::string OpenDocument::text_at(glm::dvec3 point_mm) {
-    const auto sample = sample_at(subject_.grid, point_mm);
-    if (!sample)
+std::string OpenDocument::values_at(glm::dvec3 point_mm) {
+    if (!sample_at(subject_.grid, point_mm))
         return "";
     const float value = value_at(grey_, point_mm).value();
-    std::string text = fmt::format("({}, {}, {})  ", sample->x, sample->y, sample->z);
-    text += std::isnan(value) ? "no data" : fmt::format("{:g}", value);
+    std::string text = std::isnan(value) ? "no data" : fmt::format("{:g}", value);
     if (!unit_.empty() && !std::isnan(value))
         text += " " + unit_;
     if (const auto label = subject_.label_at(point_mm))
         text += fmt::format("  label {}", name_of_label(label));
     return text;
+}
+
+std::string OpenDocument::text_at(glm::dvec3 point_mm) {
+    const auto sample = sample_at(subject_.grid, point_mm);
+    return sample ? fmt::format("({}, {}, {})  {}", sample->x, sample->y, sample->z,
+                                values_at(point_mm))
+                  : "";
 }
 
 bool OpenDocument::put_labels(Volume labels, std::string step, Json parameters,

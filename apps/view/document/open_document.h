@@ -57,7 +57,9 @@ class OpenDocument {
     std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where it has a name
     std::string locked_text(uint16_t label) const;   // "label 7 kidney is locked and stays"
     std::optional<double> label_sample_mm3();        // that a sample of labels stands for
-    // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
+    // "143 HU  label 7 kidney", and "(12, 40, 7)  143 HU  label 7 kidney"; empty outside the
+    // volume.
+    std::string values_at(glm::dvec3 point_mm);
     std::string text_at(glm::dvec3 point_mm);
 
     const std::string& grey_name() const { return grey_; }

@@ -81,6 +81,7 @@ void draw_appearance_section(Widgets& ui, ViewState& state) {
         ImGui::EndCombo();
     }
     ui.note("file/text");
+    ui.check("indices of samples", "file/indices", state.indices_shown);
     ui.check("hide names", "file/hide", state.names_hidden);
 }
 

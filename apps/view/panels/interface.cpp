@@ -173,7 +173,9 @@ void Widgets::note(const std::string& id) {
     places[id] = {{static_cast<int>(low.x), static_cast<int>(low.y)},
                   {static_cast<int>(high.x - low.x), static_cast<int>(high.y - low.y)}};
     if (id == pointed_out) {
-        ImGui::SetScrollHereY(0.3f);
+        if (scrolls_to)
+            ImGui::SetScrollHereY(0.3f);
+        scrolls_to = scrolls_to && !ImGui::IsItemVisible();
         const ImVec2 by(3.0f, 2.0f);
         ImGui::GetForegroundDrawList()->AddRect(ImVec2(low.x - by.x, low.y - by.y),
                                                 ImVec2(high.x + by.x, high.y + by.y),
@@ -249,6 +251,8 @@ void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& w
     });
     if (acts) // a person goes on
         ui_.pointed_out.clear();
+    if (ImGui::GetIO().MouseWheel != 0.0f) // where it goes is for the person to say
+        ui_.scrolls_to = false;
     ui_.places.clear();
     texts_.clear();
     draw_top_bar(ui_, state, work);

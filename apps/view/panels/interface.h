@@ -46,6 +46,8 @@ class Interface {
     void set_recent(std::vector<std::string> paths) { side_.files.recent = std::move(paths); }
     // The message in the line at the bottom; empty: nothing, or it has been shown long enough.
     std::string message() const { return status_.shown(ui_.time_s); }
+    // The place in the line at the bottom.
+    const std::string& place() const { return status_.place; }
     // Whether a person is in the middle of a drag or of a word in a widget.
     bool is_busy() const { return busy_; }
     // For when another document begins.

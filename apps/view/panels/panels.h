@@ -22,7 +22,8 @@ struct Widgets {
     double time_s = 0.0; // of the frame
     std::vector<Order> orders{};
     std::map<std::string, Box> places{};         // by their ids: "tool/draw"
-    std::string pointed_out{};                   // the id of one that is scrolled to and framed
+    std::string pointed_out{};                   // the id of one that is framed
+    bool scrolls_to = false;                     // and scrolled to, until it is seen
     std::pair<std::string, std::string> named{}; // the id of a field, and what the browser gives it
 
     void order(Order one) { orders.push_back(std::move(one)); }
@@ -75,6 +76,7 @@ struct SearchBox {
     bool was_open = false; // in the last frame
 };
 struct StatusLine {
+    std::string place{}; // of the pointer or the crosshair, and the values there
     std::string message{};
     double told_s = -1e9; // when it came
     std::string how_to{}; // use the tool that was in the hand in the last frame

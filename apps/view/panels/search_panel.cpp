@@ -22,6 +22,7 @@ void take_found(Widgets& ui, ViewState& state, const Subject& subject, const Fin
     for (Order& order : next.orders)
         ui.order(std::move(order));
     ui.pointed_out = one.widget;
+    ui.scrolls_to = true;
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
 #include "apps/view/tools/tool.h"
+#include "apps/view/window/slice_view.h"
 
 namespace palpate::view {
 
@@ -48,6 +49,23 @@ void draw_long_message(Widgets& ui, const ViewState& state, const std::string& t
     ImGui::PopStyleVar(2);
 }
 
+std::string sample_text(Work& work, glm::dvec3 at) {
+    const auto sample = sample_at(work.subject().grid, at);
+    return sample ? fmt::format("sample ({}, {}, {})", sample->x, sample->y, sample->z)
+                  : "outside the volume";
+}
+
+// "crosshair  L 12.4  P 88.0  S 262.3 mm  143 HU  label 7 kidney"
+std::string place_at(const ViewState& state, Work& work, glm::dvec3 at, bool is_pointer) {
+    std::string text =
+        fmt::format("{}  {}", is_pointer ? "pointer" : "crosshair", patient_text(at));
+    if (!sample_at(work.subject().grid, at))
+        return text + "  outside";
+    if (state.indices_shown)
+        text += "  " + sample_text(work, at);
+    return text + "  " + work.values_at(at);
+}
+
 } // namespace
 
 std::string StatusLine::shown(double time_s) const {
@@ -79,10 +97,12 @@ void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& wo
     const glm::dvec3 at =
         in_slice ? point_under(state, work.subject().grid, *state.under, state.pointer_px)
                  : state.crosshair_mm;
-    const std::string text = work.text_at(at);
-    const std::string place =
-        fmt::format("{} {}", in_slice ? "pointer" : "crosshair", text.empty() ? "outside" : text);
+    const std::string place = place_at(state, work, at, in_slice);
+    line.place = place;
     ImGui::TextUnformatted(place.c_str());
+    ui.note("status/place");
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", sample_text(work, at).c_str());
     const EditState edit = work.edited();
     if (std::string message = work.take_message(); !message.empty()) {
         line.message =

@@ -138,6 +138,7 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     json["leaving"] = !state.leaving ? "" : state.leaving->closes ? "close" : state.leaving->path;
     json["names_hidden"] = state.names_hidden;
     json["light"] = state.light;
+    json["indices_shown"] = state.indices_shown;
     json["text_scale"] = state.text_scale;
     json["steps"] = Json::array();
     for (const std::string& title : work.session().step_titles())

@@ -28,6 +28,8 @@ Settings load_settings(const fs::path& file) {
         return settings;
     if (const Json* light = json->find("light"))
         settings.light = light->boolean;
+    if (const Json* indices = json->find("indices"))
+        settings.indices = indices->boolean;
     if (const Json* scale = json->find("text_scale"))
         if (scale->number >= 0.5 && scale->number <= 4.0)
             settings.text_scale = scale->number;
@@ -48,7 +50,8 @@ Result<void> save_settings(const fs::path& file, const Settings& settings) {
     fs::create_directories(file.parent_path(), error);
     Json json{{"light", settings.light},
               {"text_scale", settings.text_scale},
-              {"panel_px", settings.panel_px}};
+              {"panel_px", settings.panel_px},
+              {"indices", settings.indices}};
     for (const SectionEntry& one : sections())
         json["sections"][one.name] = settings.sections.has(one.section);
     const std::string text = json_text(json);

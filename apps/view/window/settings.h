@@ -14,6 +14,7 @@ struct Settings {
     double text_scale = 0.0; // 0: as the display asks; else 0.5 .. 4
     double panel_px = kPanel_px;
     OpenSections sections{};
+    bool indices = false; // of samples, beside places in mm
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };
@@ -22,8 +23,8 @@ struct Settings {
 // by default in ~/.local/state; empty where the environment names no home.
 std::filesystem::path state_file(const char* name);
 
-// {"light": true, "text_scale": 1.5, "panel_px": 264, "sections": {"clips": true}} in "view.json".
-// The defaults where the file is not there or is damaged.
+// {"light": true, "text_scale": 1.5, "panel_px": 264, "indices": false, "sections": {"clips":
+// true}} in "view.json". The defaults where the file is not there or is damaged.
 Settings load_settings(const std::filesystem::path& file);
 // Nothing where the file's name is empty. An error where it cannot be written.
 Result<void> save_settings(const std::filesystem::path& file, const Settings& settings);

@@ -119,4 +119,16 @@ double layer_step_mm(const Grid& grid, glm::dvec3 direction) {
     return 1.0 / std::max({samples.x, samples.y, samples.z});
 }
 
+std::string patient_text(glm::dvec3 point_mm) {
+    constexpr std::pair<char, char> kSides[] = {{'L', 'R'}, {'P', 'A'}, {'S', 'I'}};
+    std::string text;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double tenths = std::round(10.0 * point_mm[axis]); // no "R 0.0"
+        const auto [positive, negative] = kSides[axis];
+        text += fmt::format("{} {:.1f}{}", tenths < 0.0 ? negative : positive,
+                            std::abs(tenths) / 10.0, axis < 2 ? "  " : " mm");
+    }
+    return text;
+}
+
 } // namespace palpate::view

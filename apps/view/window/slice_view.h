@@ -50,4 +50,8 @@ std::optional<glm::dvec2> pixel_of(const Camera& camera, glm::ivec2 size_px, glm
 // The way along a direction of unit length from one layer of samples to the next.
 double layer_step_mm(const Grid& grid, glm::dvec3 direction);
 
+// A place in the patient by its sides, in mm: "L 12.4  P 88.0  S 262.3 mm". On a plane between two
+// sides it is at 0 of the left, the back or the head.
+std::string patient_text(glm::dvec3 point_mm);
+
 } // namespace palpate::view

@@ -175,7 +175,8 @@ struct ViewState {
     double play_speed = 1.0;                 // times as fast as it was recorded
     Browsing browsing = Browsing::documents; // what is chosen in the browser
     std::string naming;
-    bool browser_open = false, series_open = false, names_hidden = false, light = false;
+    bool browser_open = false, series_open = false, names_hidden = false, light = false,
+         indices_shown = false; // of samples, in the line at the bottom
     size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked
     std::string opening;        // that is being read; empty: none
     double opening_since_s = 0.0, opening_share = 0.0; // of its voxels; 0: its headers are read

@@ -29,6 +29,7 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
     state_.text_scale = text_scale;
     begin(std::move(source));
     state_.light = kept_.light;
+    state_.indices_shown = kept_.indices;
     state_.panel_px = kept_.panel_px;
     state_.sections = kept_.sections;
     if (options_.asks_for_file) {
@@ -268,7 +269,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
 void Viewer::keep_settings() {
     if (state_.text_scale != interface_scale_)
         liked_scale_ = state_.text_scale;
-    const Settings now{state_.light, liked_scale_, state_.panel_px, state_.sections};
+    const Settings now{state_.light, liked_scale_, state_.panel_px, state_.sections,
+                       state_.indices_shown};
     if (now == kept_ || interface_->is_busy())
         return;
     kept_ = now;

@@ -223,6 +223,7 @@ void Viewer::take_opened(Result<Source> opened) {
     return_free_memory_now(); // of the document that was open
     state_.names_hidden = before.names_hidden;
     state_.light = before.light;
+    state_.indices_shown = before.indices_shown;
     state_.text_scale = before.text_scale;
     state_.task = before.task;
     state_.sections = before.sections;
