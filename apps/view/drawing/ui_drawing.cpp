@@ -10,6 +10,8 @@
 #include <cstring>
 
 #include "engine/gpu/error.h"
+#include "engine/native/driver/triangles.h"
+#include "engine/native/kernel.h"
 #include "spirv/interface_frag.h"
 #include "spirv/interface_vert.h"
 
@@ -41,6 +43,8 @@ VkShaderModule module_of(GpuDevice& device, const Shader& shader) {
 }
 
 VkPipeline make_pipeline(GpuDevice& device, VkPipelineLayout layout, VkFormat format) {
+    native::know_triangles(native::hash_of(Shader(spirv::InterfaceVert{}).code->words),
+                           native::hash_of(Shader(spirv::InterfaceFrag{}).code->words));
     const VkShaderModule vertex = module_of(device, spirv::InterfaceVert{});
     const VkShaderModule fragment = module_of(device, spirv::InterfaceFrag{});
     const std::array stages{VkPipelineShaderStageCreateInfo{

@@ -64,6 +64,25 @@ struct Dispatch {
     uint64_t offset;
 };
 
+// Of the interface (triangles.h).
+struct DrawTriangles {
+    native::Image target;
+    Resource texture;
+    std::array<float, 2> size_px; // that positions are given in
+    VkRect2D scissor;
+    const Buffer *vertices, *indices;
+    uint64_t vertex_offset, index_offset; // bytes
+    bool has_long_indices;                // of 32 bits, not 16
+    uint32_t first_index, count;
+    int32_t first_vertex;
+};
+
+struct ClearRectangles {
+    native::Image target;
+    std::array<std::byte, 16> texel;
+    std::vector<VkRect2D> rectangles;
+};
+
 struct ResetQueries {
     QueryPool* pool;
     uint32_t first, count;
@@ -74,7 +93,8 @@ struct WriteTimestamp {
     uint32_t query;
 };
 
-using Command = std::variant<CopyBuffer, CopyImage, CopyBufferAndImage, FillBuffer, UpdateBuffer,
-                             ClearImage, Dispatch, ResetQueries, WriteTimestamp>;
+using Command =
+    std::variant<CopyBuffer, CopyImage, CopyBufferAndImage, FillBuffer, UpdateBuffer, ClearImage,
+                 Dispatch, DrawTriangles, ClearRectangles, ResetQueries, WriteTimestamp>;
 
 } // namespace palpate::native::driver

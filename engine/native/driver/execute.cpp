@@ -145,6 +145,14 @@ void execute(Device&, const Dispatch& command) {
         tbb::simple_partitioner());
 }
 
+void execute(Device&, const DrawTriangles& command) {
+    driver::execute(command);
+}
+
+void execute(Device&, const ClearRectangles& command) {
+    driver::execute(command);
+}
+
 void execute(Device& device, const ResetQueries& command) {
     const std::scoped_lock lock(device.mutex);
     std::fill_n(command.pool->queries.begin() + command.first, command.count, QueryPool::Query{});

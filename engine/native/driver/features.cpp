@@ -25,6 +25,7 @@ VkPhysicalDeviceVulkan12Features features_12() {
 VkPhysicalDeviceVulkan13Features features_13() {
     return {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
             .synchronization2 = VK_TRUE,
+            .dynamicRendering = VK_TRUE,
             .maintenance4 = VK_TRUE};
 }
 

@@ -16,8 +16,12 @@
     F(vkBindImageMemory)                               \
     F(vkBindImageMemory2)                              \
     F(vkCmdBeginDebugUtilsLabelEXT)                    \
+    F(vkCmdBeginRendering)                             \
     F(vkCmdBindDescriptorSets)                         \
+    F(vkCmdBindIndexBuffer)                            \
     F(vkCmdBindPipeline)                               \
+    F(vkCmdBindVertexBuffers)                          \
+    F(vkCmdClearAttachments)                           \
     F(vkCmdClearColorImage)                            \
     F(vkCmdCopyBuffer)                                 \
     F(vkCmdCopyBufferToImage)                          \
@@ -26,12 +30,16 @@
     F(vkCmdDispatch)                                   \
     F(vkCmdDispatchBase)                               \
     F(vkCmdDispatchIndirect)                           \
+    F(vkCmdDrawIndexed)                                \
     F(vkCmdEndDebugUtilsLabelEXT)                      \
+    F(vkCmdEndRendering)                               \
     F(vkCmdFillBuffer)                                 \
     F(vkCmdPipelineBarrier)                            \
     F(vkCmdPipelineBarrier2)                           \
     F(vkCmdPushConstants)                              \
     F(vkCmdResetQueryPool)                             \
+    F(vkCmdSetScissor)                                 \
+    F(vkCmdSetViewport)                                \
     F(vkCmdUpdateBuffer)                               \
     F(vkCmdWriteTimestamp2)                            \
     F(vkCreateBuffer)                                  \
@@ -42,6 +50,7 @@
     F(vkCreateDescriptorSetLayout)                     \
     F(vkCreateDevice)                                  \
     F(vkCreateFence)                                   \
+    F(vkCreateGraphicsPipelines)                       \
     F(vkCreateImage)                                   \
     F(vkCreateImageView)                               \
     F(vkCreatePipelineLayout)                          \
@@ -114,18 +123,9 @@
 // The programs call these as well. On the private driver they fail with a sentence.
 #define PALPATE_REFUSED_FUNCTIONS(F)             \
     F(vkAcquireNextImageKHR)                     \
-    F(vkCmdBeginRendering)                       \
-    F(vkCmdBindIndexBuffer)                      \
-    F(vkCmdBindVertexBuffers)                    \
-    F(vkCmdClearAttachments)                     \
-    F(vkCmdDrawIndexed)                          \
-    F(vkCmdEndRendering)                         \
-    F(vkCmdSetScissor)                           \
-    F(vkCmdSetViewport)                          \
     F(vkCreateBufferView)                        \
     F(vkCreateEvent)                             \
     F(vkCreateFramebuffer)                       \
-    F(vkCreateGraphicsPipelines)                 \
     F(vkCreatePipelineCache)                     \
     F(vkCreateRenderPass)                        \
     F(vkCreateSwapchainKHR)                      \

@@ -106,7 +106,7 @@ struct ShaderModule {
 };
 
 struct Pipeline {
-    const Kernel* kernel = nullptr;
+    const Kernel* kernel = nullptr;  // null: draws triangles of the interface
     std::vector<uint32_t> constants; // of Kernel::constants
 };
 
@@ -174,16 +174,41 @@ struct CommandPool {
     std::vector<std::unique_ptr<CommandBuffer>> buffers;
 };
 
+// What is bound for triangles.
+struct Drawing {
+    native::Image target; // without texels outside of vkCmdBeginRendering and its end
+    const Pipeline* pipeline = nullptr;
+    const DescriptorSet* set = nullptr;
+    VkRect2D scissor{};
+    const Buffer *vertices = nullptr, *indices = nullptr;
+    uint64_t vertex_offset = 0, index_offset = 0;
+    bool has_long_indices = false;
+};
+
 struct CommandBuffer : Dispatchable {
     std::vector<Command> commands;
     std::string failure; // the first; empty if all commands were recorded
     const Pipeline* pipeline = nullptr;
     std::array<const DescriptorSet*, 4> sets{};
     std::array<std::byte, 128> push_constants{};
+    Drawing drawing;
 
     void reset();
+    void fail(const std::string& sentence);
 };
 
+// Adds what `make` returns.
+template <class Make>
+void record(CommandBuffer& buffer, Make make) {
+    try {
+        buffer.commands.emplace_back(make());
+    } catch (const std::bad_alloc&) {
+        buffer.failure = "the host's memory is used up";
+    }
+}
+
+void execute(const DrawTriangles& command);
+void execute(const ClearRectangles& command);
 // Executes what was recorded, in order.
 void execute(Device& device, const CommandBuffer& buffer);
 

@@ -48,6 +48,17 @@ VkPhysicalDeviceLimits limits() {
                 l.maxDescriptorSetSamplers = l.maxDescriptorSetUniformBuffers =
                     l.maxDescriptorSetStorageBuffers = l.maxDescriptorSetSampledImages =
                         l.maxDescriptorSetStorageImages = kDescriptors;
+    l.maxVertexInputBindings = 1;
+    l.maxVertexInputAttributes = 3;
+    l.maxVertexInputBindingStride = l.maxVertexInputAttributeOffset = 20;
+    l.maxFragmentOutputAttachments = l.maxColorAttachments = l.maxViewports = 1;
+    l.maxViewportDimensions[0] = l.maxViewportDimensions[1] = 16384;
+    l.viewportBoundsRange[0] = -32768.0f;
+    l.viewportBoundsRange[1] = 32767.0f;
+    l.maxFramebufferWidth = l.maxFramebufferHeight = 16384;
+    l.maxFramebufferLayers = 1;
+    l.framebufferColorSampleCounts = VK_SAMPLE_COUNT_1_BIT;
+    l.subPixelPrecisionBits = 8;
     l.maxComputeSharedMemorySize = 32768;
     for (size_t i = 0; i < 3; ++i) {
         l.maxComputeWorkGroupCount[i] = 65535;
@@ -89,10 +100,15 @@ VkFormatFeatureFlags features_of(VkFormat format) {
     const bool is_integer = format == VK_FORMAT_R8_UINT || format == VK_FORMAT_R16_UINT ||
                             format == VK_FORMAT_R32_UINT || format == VK_FORMAT_R32G32_UINT ||
                             format == VK_FORMAT_R32G32B32A32_UINT;
+    const bool is_drawn_to =
+        format == VK_FORMAT_R8G8B8A8_UNORM || format == VK_FORMAT_B8G8R8A8_UNORM;
     return VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT |
            VK_FORMAT_FEATURE_TRANSFER_SRC_BIT | VK_FORMAT_FEATURE_TRANSFER_DST_BIT |
            (is_integer ? VkFormatFeatureFlags{0}
-                       : VkFormatFeatureFlags{VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT});
+                       : VkFormatFeatureFlags{VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT}) |
+           (is_drawn_to ? VkFormatFeatureFlags{VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT |
+                                               VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT}
+                        : VkFormatFeatureFlags{0});
 }
 
 // Copies a text into a member of fixed length.
@@ -228,9 +244,10 @@ VkResult vkGetPhysicalDeviceImageFormatProperties(VkPhysicalDevice, VkFormat for
                                                   VkImageType type, VkImageTiling tiling,
                                                   VkImageUsageFlags usage, VkImageCreateFlags flags,
                                                   VkImageFormatProperties* out) {
-    constexpr VkImageUsageFlags known = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
-                                        VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
-                                        VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    VkImageUsageFlags known = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
+                              VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    if (features_of(format) & VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT)
+        known |= VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
     *out = {};
     if (texel_bytes(format) == 0 || tiling != VK_IMAGE_TILING_OPTIMAL || (usage & ~known) || flags)
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
@@ -292,10 +309,11 @@ void vkGetPhysicalDeviceMemoryProperties2(VkPhysicalDevice device,
 
 void vkGetPhysicalDeviceQueueFamilyProperties(VkPhysicalDevice, uint32_t* count,
                                               VkQueueFamilyProperties* out) {
-    const VkQueueFamilyProperties one{.queueFlags = VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT,
-                                      .queueCount = kQueues,
-                                      .timestampValidBits = 64,
-                                      .minImageTransferGranularity = {1, 1, 1}};
+    const VkQueueFamilyProperties one{
+        .queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT,
+        .queueCount = kQueues,
+        .timestampValidBits = 64,
+        .minImageTransferGranularity = {1, 1, 1}};
     list(&one, 1, count, out);
 }
 

@@ -12,21 +12,9 @@ namespace palpate::native::driver {
 
 namespace {
 
-void fail(CommandBuffer& buffer, const std::string& sentence) {
-    complain(sentence);
-    if (buffer.failure.empty())
-        buffer.failure = sentence;
-}
-
-// Adds what `make` returns.
 template <class Make>
 void record(VkCommandBuffer handle, Make make) {
-    CommandBuffer& buffer = *of<CommandBuffer>(handle);
-    try {
-        buffer.commands.emplace_back(make());
-    } catch (const std::bad_alloc&) {
-        buffer.failure = "the host's memory is used up";
-    }
+    driver::record(*of<CommandBuffer>(handle), make);
 }
 
 const DescriptorSet::Slot* slot_of(const CommandBuffer& buffer, const Binding& binding) {
@@ -44,7 +32,7 @@ void dispatch(VkCommandBuffer handle, std::array<uint32_t, 3> first, std::array<
               const Buffer* indirect, uint64_t offset) {
     CommandBuffer& buffer = *of<CommandBuffer>(handle);
     if (!buffer.pipeline)
-        return fail(buffer, "a dispatch: no pipeline is bound");
+        return buffer.fail("a dispatch: no pipeline is bound");
     const Kernel& kernel = *buffer.pipeline->kernel;
     record(handle, [&] {
         Dispatch made{buffer.pipeline, {}, buffer.push_constants, first, groups, indirect, offset};
@@ -55,11 +43,10 @@ void dispatch(VkCommandBuffer handle, std::array<uint32_t, 3> first, std::array<
                 continue;
             }
             made.resources.push_back({});
-            fail(buffer,
-                 fmt::format("{}: expected a descriptor of type {} at binding {} of set {}, found "
-                             "none",
-                             kernel.name, static_cast<int>(binding.type), binding.binding,
-                             binding.set));
+            buffer.fail(fmt::format(
+                "{}: expected a descriptor of type {} at binding {} of set {}, found "
+                "none",
+                kernel.name, static_cast<int>(binding.type), binding.binding, binding.set));
         }
         return made;
     });
@@ -73,6 +60,13 @@ void CommandBuffer::reset() {
     pipeline = nullptr;
     sets = {};
     push_constants = {};
+    drawing = {};
+}
+
+void CommandBuffer::fail(const std::string& sentence) {
+    complain(sentence);
+    if (failure.empty())
+        failure = sentence;
 }
 
 namespace api {
@@ -128,20 +122,23 @@ VkResult vkEndCommandBuffer(VkCommandBuffer buffer) {
 
 void vkCmdBindPipeline(VkCommandBuffer handle, VkPipelineBindPoint point, VkPipeline pipeline) {
     CommandBuffer& buffer = *of<CommandBuffer>(handle);
-    if (point != VK_PIPELINE_BIND_POINT_COMPUTE)
-        return fail(buffer, "vkCmdBindPipeline: pipelines of graphics are not there");
-    buffer.pipeline = of<Pipeline>(pipeline);
+    const bool draws = point == VK_PIPELINE_BIND_POINT_GRAPHICS;
+    (draws ? buffer.drawing.pipeline : buffer.pipeline) = of<Pipeline>(pipeline);
 }
 
 void vkCmdBindDescriptorSets(VkCommandBuffer handle, VkPipelineBindPoint point, VkPipelineLayout,
                              uint32_t first, uint32_t count, const VkDescriptorSet* sets,
                              uint32_t dynamic_offsets, const uint32_t*) {
     CommandBuffer& buffer = *of<CommandBuffer>(handle);
-    if (point != VK_PIPELINE_BIND_POINT_COMPUTE || dynamic_offsets > 0 ||
-        first + count > buffer.sets.size())
-        return fail(buffer,
-                    "vkCmdBindDescriptorSets: expected sets 0 to 3 of a compute pipeline without "
-                    "dynamic offsets");
+    const bool draws = point == VK_PIPELINE_BIND_POINT_GRAPHICS;
+    if (dynamic_offsets > 0 || first + count > (draws ? 1 : buffer.sets.size()))
+        return buffer.fail(
+            "vkCmdBindDescriptorSets: expected sets 0 to 3, or set 0 of triangles, without dynamic "
+            "offsets");
+    if (draws) {
+        buffer.drawing.set = of<DescriptorSet>(sets[0]);
+        return;
+    }
     for (uint32_t i = 0; i < count; ++i)
         buffer.sets[first + i] = of<DescriptorSet>(sets[i]);
 }
@@ -150,7 +147,7 @@ void vkCmdPushConstants(VkCommandBuffer handle, VkPipelineLayout, VkShaderStageF
                         uint32_t offset, uint32_t size, const void* values) {
     CommandBuffer& buffer = *of<CommandBuffer>(handle);
     if (offset + size > buffer.push_constants.size())
-        return fail(buffer, "vkCmdPushConstants: more than 128 bytes");
+        return buffer.fail("vkCmdPushConstants: more than 128 bytes");
     std::memcpy(buffer.push_constants.data() + offset, values, size);
 }
 
