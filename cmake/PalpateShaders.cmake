@@ -10,23 +10,28 @@ target_compile_features(embed_spirv PRIVATE cxx_std_20)
 target_link_libraries(embed_spirv PRIVATE palpate_warnings fmt::fmt)
 set_target_properties(embed_spirv PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/cmake)
 
-# palpate_embed_shader(<target> <shader> <id> [<macro> ...])
+include(PalpateNative)
+
+# palpate_embed_shader(<target> <shader> <id> [NATIVE] [<macro> ...])
 # Compiles shaders/<shader> once for each combination of its macros being 0 or 1, and adds to
 # <target> the words, what cmake/embed_spirv.cpp reads from them, and the header "spirv/<id>.h" with
 # `palpate::spirv::<Id>`: macros and specialization constants by name. In <id>_<n>.spv, exactly
-# macro i (counted from 0) is 1 for n = 2^i.
+# macro i (counted from 0) is 1 for n = 2^i. With NATIVE, its kernels for the processor are built in
+# too (PalpateNative.cmake).
 function(palpate_embed_shader target shader id)
     set(out_dir ${CMAKE_CURRENT_BINARY_DIR}/spirv)
     file(MAKE_DIRECTORY ${out_dir})
     set(source ${PROJECT_SOURCE_DIR}/shaders/${shader})
-    list(LENGTH ARGN macro_count)
+    cmake_parse_arguments(PARSE_ARGV 3 ARG "NATIVE" "" "")
+    set(macro_names ${ARG_UNPARSED_ARGUMENTS})
+    list(LENGTH macro_names macro_count)
     math(EXPR count "1 << ${macro_count}")
     math(EXPR last "${count} - 1")
     set(all_spv "")
     foreach(variant RANGE ${last})
         set(macros "")
         set(bit 1)
-        foreach(macro ${ARGN})
+        foreach(macro ${macro_names})
             math(EXPR on "(${variant} / ${bit}) % 2")
             list(APPEND macros -D${macro}=${on})
             math(EXPR bit "${bit} * 2")
@@ -42,10 +47,13 @@ function(palpate_embed_shader target shader id)
     endforeach()
     add_custom_command(
         OUTPUT ${out_dir}/${id}.cpp ${out_dir}/${id}.h
-        COMMAND embed_spirv ${source} ${PROJECT_SOURCE_DIR} ${out_dir} ${id} ${ARGN}
+        COMMAND embed_spirv ${source} ${PROJECT_SOURCE_DIR} ${out_dir} ${id} ${macro_names}
         DEPENDS ${all_spv} embed_spirv COMMENT "Embedding ${id}" VERBATIM)
     target_sources(${target} PRIVATE ${out_dir}/${id}.cpp ${out_dir}/${id}.h)
     # all of them use the same names
     set_source_files_properties(${out_dir}/${id}.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
+    if(ARG_NATIVE)
+        palpate_native_kernels(${target} ${out_dir} ${id} ${count})
+    endif()
 endfunction()

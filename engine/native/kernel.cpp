@@ -104,9 +104,9 @@ const Kernel* find_kernel(uint64_t hash) {
     return found != usable().end() && (*found)->hash == hash ? *found : nullptr;
 }
 
-Registered::Registered(Level level, std::span<const Kernel> kernels) {
-    for (const Kernel& kernel : kernels)
-        registry().of_level[static_cast<size_t>(level)].push_back(&kernel);
+Registered::Registered(Level level, std::initializer_list<const Kernel*> kernels) {
+    std::vector<const Kernel*>& all = registry().of_level[static_cast<size_t>(level)];
+    all.insert(all.end(), kernels.begin(), kernels.end());
 }
 
 } // namespace palpate::native

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 
 // Compute shaders as native code of this processor. The build translates the SPIR-V of every shader
@@ -29,7 +30,7 @@ struct Image {
     uint32_t width = 1, height = 1;
     uint32_t depth = 1; // slices, or layers of an array
     int64_t row_bytes = 0, slice_bytes = 0;
-    bool is_array = false; // y (of one dimension) or z counts layers, which are never blended
+    bool is_array = false; // z counts layers, which are never blended; of one dimension, too
 };
 
 struct Sampler {
@@ -106,7 +107,7 @@ enum class Level : size_t { kSse2, kAvx2, kAvx512 };
 // Adds kernels before main() runs: the source that embeds a shader's words has one of these, so
 // that a program holds the kernels of the shaders that it holds.
 struct Registered {
-    Registered(Level level, std::span<const Kernel> kernels);
+    Registered(Level level, std::initializer_list<const Kernel*> kernels);
 };
 
 } // namespace palpate::native

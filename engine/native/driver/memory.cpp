@@ -197,10 +197,7 @@ VkResult vkCreateImageView(VkDevice, const VkImageViewCreateInfo* info,
         case VK_IMAGE_VIEW_TYPE_1D:
         case VK_IMAGE_VIEW_TYPE_2D:
             break;
-        case VK_IMAGE_VIEW_TYPE_1D_ARRAY: // whose rows are its layers
-            seen.height = layers;
-            seen.is_array = true;
-            break;
+        case VK_IMAGE_VIEW_TYPE_1D_ARRAY:
         case VK_IMAGE_VIEW_TYPE_2D_ARRAY:
             seen.depth = layers;
             seen.is_array = true;
