@@ -7,6 +7,7 @@
 
 #include "engine/base/profile.h"
 #include "engine/gpu/command_slot.h"
+#include "engine/gpu/dispatch.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -93,9 +94,10 @@ Instance::Candidate choose(const Instance& instance, const std::string& select,
         else if (!best || preference(candidate.info) > preference(best->info))
             best = &candidate;
     }
+    if (candidates.empty())
+        throw GpuError(kNoDriver);
     if (!best)
-        throw GpuError(fmt::format("no Vulkan device can be used{}",
-                                   candidates.empty() ? ": none is installed" : reasons));
+        throw GpuError(fmt::format("no Vulkan device can be used{}", reasons));
     return *best;
 }
 

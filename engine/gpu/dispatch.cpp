@@ -57,9 +57,11 @@ VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
                                                VkInstance* out) {
     const auto systems = loaders<PFN_vkCreateInstance>("vkCreateInstance");
     const VkResult made = systems ? systems(info, callbacks, out) : VK_ERROR_INCOMPATIBLE_DRIVER;
-    if (made != VK_ERROR_INCOMPATIBLE_DRIVER || info->enabledLayerCount > 0)
-        return made;
-    return drivers<PFN_vkCreateInstance>("vkCreateInstance")(info, callbacks, out);
+    // Ours has no layers and presents nothing: who asks for these lacks a driver of the system.
+    const auto ours = drivers<PFN_vkCreateInstance>("vkCreateInstance");
+    return made == VK_ERROR_INCOMPATIBLE_DRIVER && ours(info, callbacks, out) == VK_SUCCESS
+               ? VK_SUCCESS
+               : made;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL enumerate_extensions(const char* layer, uint32_t* count,

@@ -11,6 +11,11 @@ namespace palpate {
 // vkCreateInstance makes an instance of the private driver.
 void load_vulkan();
 
+// Why nothing can be drawn where there is neither a driver nor native code.
+inline constexpr const char* kNoDriver =
+    "expected a Vulkan driver, found none (Debian's mesa-vulkan-drivers has one that needs no "
+    "graphics card)";
+
 // Loads what the loader has for an instance: its extensions, above all. Functions loaded before
 // stay, for an instance without an extension has no functions of it.
 void load_vulkan(VkInstance instance);

@@ -229,9 +229,7 @@ Instance::Instance(bool validation, std::span<const std::string> wanted) {
         .ppEnabledExtensionNames = extensions.data()};
     const VkResult made = vkCreateInstance(&create, nullptr, &handle_);
     if (made == VK_ERROR_INCOMPATIBLE_DRIVER)
-        throw GpuError(
-            "expected a Vulkan driver, found none (Debian's mesa-vulkan-drivers has one that needs "
-            "no graphics card)");
+        throw GpuError(kNoDriver);
     check(made, "creating a Vulkan instance");
     load_vulkan(handle_);
     if (validation && has_debug_utils_)
