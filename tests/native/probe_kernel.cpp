@@ -69,13 +69,13 @@ constexpr Constant kProbeConstants[] = {{7, 1}};
 constexpr Binding kSeenBindings[] = {{0, 0, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER},
                                      {0, 2, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
                                      {0, 3, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE}};
-const Kernel kKernels[] = {
-    {hash_of(kProbeWords), "probe", {1, 1, 1}, kProbeBindings, kProbeConstants, run_probe},
-    {hash_of(kSeenWords), "seen", {1, 1, 1}, kSeenBindings, {}, run_seen}};
+const Kernel kProbe{hash_of(kProbeWords), "probe",         {1, 1, 1},
+                    kProbeBindings,       kProbeConstants, run_probe};
+const Kernel kSeen{hash_of(kSeenWords), "seen", {1, 1, 1}, kSeenBindings, {}, run_seen};
 
-const Registered kForSse2(Level::kSse2, kKernels);
-const Registered kForAvx2(Level::kAvx2, kKernels);
-const Registered kForAvx512(Level::kAvx512, kKernels);
+const Registered kForSse2(Level::kSse2, {&kProbe, &kSeen});
+const Registered kForAvx2(Level::kAvx2, {&kProbe, &kSeen});
+const Registered kForAvx512(Level::kAvx512, {&kProbe, &kSeen});
 
 } // namespace
 } // namespace palpate::native
