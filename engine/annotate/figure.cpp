@@ -55,26 +55,55 @@ double edge_of(double line) {
     return std::round(0.6 * line);
 }
 
-// The rows of a legend that the picture has room for.
+// The entries of a legend that the picture has room for, in columns. Where all do not fit in
+// letters of the figure, the legend's are smaller, down to half.
 struct LegendRows {
-    std::vector<std::string> texts; // none where the picture is too small
+    std::vector<std::string> texts; // column by column; none where the picture is too small
     size_t whole = 0;               // so many are names; one more counts the others
-    double width = 0.0;             // of the longest
+    size_t rows = 0;                // of a column
+    double line = 0.0;              // height of a row
+    double width = 0.0;             // of the longest text
+    double column = 0.0;            // from one column to the next
+    double all = 0.0;               // of all columns, with their patches of colour
 };
-LegendRows legend_rows(const std::vector<LegendEntry>& entries, double line, double edge,
-                       glm::dvec2 size) {
-    const double most_px = 0.45 * size.x - edge - 1.12 * line; // not to the letter below
-    const auto rows = static_cast<size_t>(std::max(0.0, (0.42 * size.y - edge) / line));
+LegendRows legend_of_line(const std::vector<LegendEntry>& entries, double line, double edge,
+                          glm::dvec2 size) {
+    const double patch = 1.12 * line, gap = line;
+    const double room_px = 0.45 * size.x - edge; // not to the letter below
     LegendRows out;
-    if (entries.empty() || rows < 2)
+    out.line = line;
+    out.rows = static_cast<size_t>(std::max(0.0, (0.42 * size.y - edge) / line));
+    if (entries.empty() || out.rows < 2)
         return out;
-    out.whole = entries.size() <= rows ? entries.size() : rows - 1;
+    double longest = 0.0;
+    for (const LegendEntry& entry : entries)
+        longest = std::max(longest, width_px(entry.name, line));
+    out.width = std::min(longest, room_px - patch);
+    out.column = patch + out.width + gap;
+    const auto columns =
+        std::max<size_t>(1, static_cast<size_t>(std::max(0.0, (room_px + gap) / out.column)));
+    const size_t places = columns * out.rows;
+    out.whole = entries.size() <= places ? entries.size() : places - 1;
     for (size_t i = 0; i < out.whole; ++i)
-        out.texts.push_back(shortened(entries[i].name, line, most_px));
+        out.texts.push_back(shortened(entries[i].name, line, room_px - patch));
     if (out.whole < entries.size())
         out.texts.push_back(fmt::format("and {} more", entries.size() - out.whole));
+    const size_t used = (out.texts.size() + out.rows - 1) / out.rows;
+    out.rows = std::min(out.rows, out.texts.size());
+    out.width = 0.0;
     for (const std::string& text : out.texts)
         out.width = std::max(out.width, width_px(text, line));
+    out.all = static_cast<double>(used - 1) * out.column + patch + out.width;
+    return out;
+}
+LegendRows legend_rows(const std::vector<LegendEntry>& entries, double line, double edge,
+                       glm::dvec2 size) {
+    LegendRows out = legend_of_line(entries, line, edge, size);
+    for (const double smaller : {0.8, 0.65, 0.5}) {
+        if (out.whole == entries.size() || smaller * line < kLeastLine_px)
+            break;
+        out = legend_of_line(entries, std::round(smaller * line), edge, size);
+    }
     return out;
 }
 
@@ -173,19 +202,23 @@ struct Marks {
 
     void legend() const {
         const std::vector<LegendEntry>& entries = figure.legend;
-        const double side = 0.7 * line; // of a patch of colour
-        const auto [texts, whole, width] = legend_rows(entries, line, edge, size());
+        const LegendRows rows = legend_rows(entries, line, edge, size());
+        if (rows.texts.empty())
+            return;
+        const double side = 0.7 * rows.line; // of a patch of colour
         const double foot = size().y - edge;
-        const double top = foot - static_cast<double>(texts.size()) * line;
-        const Pen pen = pen_on({{edge, top}, {edge + 1.6 * side + width, foot}}, line);
-        for (size_t i = 0; i < texts.size(); ++i) {
-            const double middle = std::round(top + (static_cast<double>(i) + 0.5) * line);
-            if (i < whole) {
-                const glm::dvec2 low(edge, std::round(middle - 0.5 * side));
+        const double top = foot - static_cast<double>(rows.rows) * rows.line;
+        const Pen pen = pen_on({{edge, top}, {edge + rows.all, foot}}, rows.line);
+        for (size_t i = 0; i < rows.texts.size(); ++i) {
+            const double left = std::round(edge + static_cast<double>(i / rows.rows) * rows.column);
+            const double middle =
+                std::round(top + (static_cast<double>(i % rows.rows) + 0.5) * rows.line);
+            if (i < rows.whole) {
+                const glm::dvec2 low(left, std::round(middle - 0.5 * side));
                 fill(low - pen.rim_px(), low + std::round(side) + pen.rim_px(), pen.rim);
                 fill(low, low + std::round(side), entries[i].color);
             }
-            write({edge + 1.6 * side, middle}, {0.0, 0.5}, texts[i], pen);
+            write({left + 1.6 * side, middle}, {0.0, 0.5}, rows.texts[i], pen);
         }
     }
 
@@ -225,7 +258,7 @@ void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure) {
 double legend_width_px(const Figure& figure, glm::uvec2 size_px) {
     const double line = line_of(figure, size_px), edge = edge_of(line);
     const LegendRows rows = legend_rows(figure.legend, line, edge, glm::dvec2(size_px));
-    return rows.texts.empty() ? 0.0 : edge + 1.12 * line + rows.width + edge;
+    return rows.texts.empty() ? 0.0 : edge + rows.all + edge;
 }
 
 const TransferFunction* color_function(const Scene& scene) {

@@ -25,7 +25,8 @@ struct Figure {
     bool scale_bar = false; // lower right; for perspective in the focal plane, which it says
     bool color_bar = false; // upper right: colours of color_function() with their values
     std::vector<std::string> note{}; // lines in the upper left corner
-    // Lower left, from above; what has no room is counted: "and 12 more".
+    // Lower left, in columns from above; where all have no room, in smaller letters, and what has
+    // none even so is counted: "and 12 more".
     std::vector<LegendEntry> legend{};
     std::string unit{}; // of values: "HU"; empty: none is written
     FigureInk ink = FigureInk::by_picture;

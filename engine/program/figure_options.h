@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ Figure figure_of(const FigureOptions& options, const OpenedScene& opened, bool t
 // The labels that a scene shows with their colours, the one that covers most first: in slices of
 // the pixels, else of the samples. Named by the label map, else "label 7". Hidden ones are left
 // out.
+std::vector<LegendEntry> legend_of(const Scene& scene, const Volume& labels,
+                                   std::span<const LabelName> names);
 std::vector<LegendEntry> legend_of(const Scene& scene, const LoadedScene& loaded);
 
 // Moves a lone slice to the right, smaller where it must be, so that its legend lies beside it. Not

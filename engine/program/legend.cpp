@@ -43,14 +43,20 @@ std::map<uint32_t, uint64_t> labels_of_slices(const Scene& scene, const Volume& 
 } // namespace
 
 std::vector<LegendEntry> legend_of(const Scene& scene, const LoadedScene& loaded) {
-    if (!scene.labels || !loaded.data.labels)
+    return loaded.data.labels ? legend_of(scene, *loaded.data.labels, loaded.label_names)
+                              : std::vector<LegendEntry>();
+}
+
+std::vector<LegendEntry> legend_of(const Scene& scene, const Volume& labels,
+                                   std::span<const LabelName> names) {
+    if (!scene.labels)
         return {};
     const bool flat = !scene.slices.empty() && !scene.ray_cast && scene.surfaces.empty();
     std::map<uint32_t, uint64_t> found;
     if (flat)
-        found = labels_of_slices(scene, *loaded.data.labels);
+        found = labels_of_slices(scene, labels);
     else
-        for (const auto& [label, count] : count_labels(*loaded.data.labels))
+        for (const auto& [label, count] : count_labels(labels))
             found[label] = count;
     std::vector<std::pair<uint64_t, uint32_t>> by_count;
     for (const auto& [label, count] : found)
@@ -62,9 +68,9 @@ std::vector<LegendEntry> legend_of(const Scene& scene, const LoadedScene& loaded
     std::vector<LegendEntry> legend;
     for (const auto& [count, label] : by_count) {
         const auto named =
-            std::find_if(loaded.label_names.begin(), loaded.label_names.end(),
+            std::find_if(names.begin(), names.end(),
                          [label = label](const LabelName& l) { return l.label == label; });
-        const bool has_name = named != loaded.label_names.end() && !named->name.empty();
+        const bool has_name = named != names.end() && !named->name.empty();
         legend.push_back({has_name ? named->name : fmt::format("label {}", label),
                           style_of(*scene.labels, label).color});
     }

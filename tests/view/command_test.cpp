@@ -1,5 +1,6 @@
 // palpate view, as a person runs it, without a window.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -50,6 +51,42 @@ TEST_F(ViewCommand, DoesAScriptToTheSameBytesEachTime) {
     EXPECT_EQ(state["tool"]["hand"], "draw");
     EXPECT_EQ(state["undo_steps"], 1);
     EXPECT_EQ(load_png(file("shot.png")).value().size_px, glm::uvec2(640, 480));
+}
+
+// A cube of 12 samples a side, as text: a volume of many values, or labels in a half of it.
+std::string cube(bool labels) {
+    std::string text = fmt::format(
+        "NRRD0004\ntype: {}\ndimension: 3\nsizes: 12 12 12\n"
+        "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+        "space origin: (0,0,0)\nencoding: ascii\n\n",
+        labels ? "uint8" : "int16");
+    for (int i = 0; i < 12 * 12 * 12; ++i) {
+        const int x = i % 12, y = i / 12 % 12, z = i / 144;
+        const bool inside = x > 2 && x < 9 && y > 2 && y < 9 && z > 2 && z < 9;
+        text += std::to_string(labels ? inside * 3 : (7 * x + 11 * y + 13 * z) % 256 - 20) +
+                (x == 11 ? "\n" : " ");
+    }
+    return text;
+}
+
+TEST_F(ViewCommand, FilesAfterTheFirstLieOverItEachByWhatItHolds) {
+    write("first.nrrd", cube(false));
+    write("second.nrrd", cube(false));
+    write("organs.nrrd", cube(true));
+    const std::vector<std::string> files{"view", file("first.nrrd").string(),
+                                         file("organs.nrrd").string(),
+                                         file("second.nrrd").string()};
+    std::vector<std::string> all = files;
+    all.insert(all.end(), {"--headless", "--size", "1280,1000", "--state", "-"});
+    const ProgramRun ran = run(all);
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const auto state = nlohmann::json::parse(ran.output);
+    EXPECT_EQ(state["label_counts"]["3"], 6 * 6 * 6);
+    EXPECT_TRUE(state["widgets"].contains("slices/fused"));
+    all.insert(all.begin() + 4, file("first.nrrd").string());
+    const ProgramRun refused = run(all);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.messages, HasSubstr("expected at most one other volume over a volume"));
 }
 
 // Their slices would look as if they were not there.

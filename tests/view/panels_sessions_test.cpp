@@ -34,7 +34,7 @@ const RecordedSteps kSessions[] = {
     {"measure_by_key", "key m", R"({"tool": {"hand": "measure"}, "measuring": {"kind": "ruler"}})"},
     {"measure_kinds_by_key", "key m; key m; key m", R"({"measuring": {"kind": "polygon"}})"},
     {"measure_kind_is_told", "key m; key m",
-     R"({"message": "measure: angle; click end, vertex, end", "task": "look"})"},
+     R"({"message": "measure: angle; click end, vertex, end, or drag the first arm", "task": "look"})"},
     {"measure_kind_is_told_in_the_panel", "widget tool/measure",
      R"({"message": "measure: ruler; click or drag both ends"})"},
     {"measure_kind_by_widget", "section measures; widget measure/sphere",

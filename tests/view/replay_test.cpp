@@ -166,5 +166,28 @@ TEST_F(Replay, APressOnWhatIsNotShownIsAnErrorAMoveIsNot) {
     EXPECT_THAT(alone.error().message, HasSubstr("frame 9: expected view '3d' to be shown"));
 }
 
+// A press at a place that is scrolled out of its panel would be for another widget, or for none.
+TEST_F(Replay, APressOnWhatIsScrolledOutOfViewIsAnError) {
+    const std::string press =
+        R"({"frame": 40, "move": {"widget": "slices/open", "share": [0.5, 0.5]}}
+{"frame": 44, "button": "left", "down": true}
+{"frame": 48, "button": "left"})";
+    const auto in_low_window = [&](const std::string& lines) {
+        open_window(Source{open_synthetic("synthetic:phantom?size=32")}, {800, 400});
+        return replay(viewer(), parse_script("{\"palpate_view\": 2}\n" + lines, "s.jsonl").value());
+    };
+    const Result<void> pressed = in_low_window(press);
+    ASSERT_FALSE(pressed);
+    EXPECT_EQ(pressed.error().message,
+              "s.jsonl: frame 44: expected widget 'slices/open', which is scrolled out of view, to "
+              "be seen where a button is pressed");
+    const Result<void> scrolled = in_low_window(
+        R"({"frame": 4, "move": {"widget": "window/1", "share": [0.5, 0.5]}}
+{"frame": 8, "wheel": [0, -100]}
+)" + press);
+    ASSERT_TRUE(scrolled) << scrolled.error().message;
+    EXPECT_TRUE(state().browser_open);
+}
+
 } // namespace
 } // namespace palpate::view

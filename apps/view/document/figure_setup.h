@@ -25,6 +25,7 @@ struct FigureSetup {
     int pictures = 1;            // of 3D: of a camera that goes round once; 1: as the view is
     std::optional<double> share; // of those that are being drawn; none: none are
     bool letters = true, scale_bar = true, color_bar = false, note = false;
+    bool legend = true; // of labels, where the view shows some
 
     friend bool operator==(const FigureSetup&, const FigureSetup&) = default;
 };

@@ -44,19 +44,29 @@ bool HandLink::take_tool(const ViewState& state) {
     const Carve carve = state.tool->stroke;
     if (!is_stroke(carve) || (is_on_labels(carve) && !document_.make_labels()))
         return false;
-    std::optional<EditSetup> setup = stroke_edit(document_, carve, TipShape::ball, state);
+    std::optional<EditSetup> setup =
+        stroke_edit(document_, carve, TipShape::ball, state, disc_across_ != glm::dvec3(0.0));
     return setup && rack_.hold(document_.session(), std::move(*setup));
 }
 
-void HandLink::begin_stroke(const StrokePose& pose, const ViewState& state) {
+ToolPose HandLink::posed(const ToolPose& tool) const {
+    return disc_across_ == glm::dvec3(0.0)
+               ? tool
+               : pose_of_disc(tool.position_mm, disc_across_, document_.subject().grid);
+}
+
+void HandLink::begin_stroke(StrokePose pose, const ViewState& state, glm::dvec3 disc_across) {
     if (touch_.running())
         document_.tell("a hand is running: stop it to draw with the mouse");
+    disc_across_ = disc_across;
+    pose.tool = posed(pose.tool);
     is_drawing_ =
         !is_drawing_ && take_tool(state) && document_.session().stroke(EditInput::Kind::down, pose);
     last_ = pose;
 }
 
-void HandLink::move_stroke(const StrokePose& pose) {
+void HandLink::move_stroke(StrokePose pose) {
+    pose.tool = posed(pose.tool);
     // A pose that the full ring does not take is left out: the sweep from the last one has no gap.
     if (is_drawing_ && document_.session().stroke(EditInput::Kind::move, pose))
         last_ = pose;
@@ -66,6 +76,7 @@ void HandLink::end_stroke(StrokePose pose) {
     if (!is_drawing_)
         return;
     Session& session = document_.session();
+    pose.tool = posed(pose.tool);
     pose.time_s = std::max(pose.time_s, last_.time_s);
     while (!session.stroke(EditInput::Kind::up, pose)) // the ring is full
         session.settle();
@@ -75,6 +86,7 @@ void HandLink::end_stroke(StrokePose pose) {
 void HandLink::cancel_stroke(double time_s) {
     if (!is_drawing_)
         return;
+    disc_across_ = {}; // the last pose has it
     end_stroke({time_s, last_.tool});
     document_.session().undo();
 }

@@ -22,8 +22,9 @@ class HandLink {
     HandLink(OpenDocument& document, MeshPulling& mesh_pulling);
 
     // A stroke of the mouse, by the tool of the left button. A cancelled one is undone.
-    void begin_stroke(const StrokePose& pose, const ViewState& state);
-    void move_stroke(const StrokePose& pose);
+    // disc_across: the direction across a disc; 0: the brush is a ball.
+    void begin_stroke(StrokePose pose, const ViewState& state, glm::dvec3 disc_across = {});
+    void move_stroke(StrokePose pose);
     void end_stroke(StrokePose pose);
     void cancel_stroke(double time_s);
     bool is_drawing() const { return is_drawing_; } // one is under way
@@ -59,6 +60,7 @@ class HandLink {
 
  private:
     bool take_tool(const ViewState& state);
+    ToolPose posed(const ToolPose& tool) const; // as the brush lies
     void hold_tools(const ViewState& state);
     void measure_backlog(double time_s);
     uint32_t granted_buttons(const ViewState& state, double time_s);
@@ -69,6 +71,7 @@ class HandLink {
     ToolRack rack_;
     bool is_drawing_ = false;
     StrokePose last_;                                 // of the mouse
+    glm::dvec3 disc_across_{0.0};                     // of its stroke; 0: a ball
     bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     Touch touch_;
     TipMesh tip_;

@@ -28,6 +28,21 @@ Json shape_json(TipShape shape, double radius_mm) {
     return {{"kind", "ball"}, {"radius_mm", radius_mm}};
 }
 
+// Less than a layer along any axis of the samples, so that a disc on a layer reaches no other one.
+double disc_thickness_mm(const Grid& grid) {
+    return 0.5 * smallest_spacing_mm(grid);
+}
+
+ToolPose pose_of_disc(glm::dvec3 at_mm, glm::dvec3 across, const Grid& grid) {
+    const glm::dvec3 a = glm::abs(across);
+    const glm::dvec3 other = a.x <= a.y && a.x <= a.z ? glm::dvec3(1, 0, 0)
+                             : a.y <= a.z             ? glm::dvec3(0, 1, 0)
+                                                      : glm::dvec3(0, 0, 1);
+    const glm::dvec3 u = glm::normalize(glm::cross(other, across)), v = glm::cross(across, u);
+    return {at_mm - 0.5 * disc_thickness_mm(grid) * across,
+            glm::quat_cast(glm::dmat3(u, v, across))};
+}
+
 palpate::Tool tool_of(const Json& shape) {
     JsonErrors errors{"shape", {}};
     palpate::Tool tool = read_tool(JsonValue(shape, "", errors));

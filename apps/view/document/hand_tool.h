@@ -15,6 +15,10 @@ namespace palpate::view {
 Json shape_json(TipShape shape, double radius_mm);
 palpate::Tool tool_of(const Json& shape);
 
+// The pose of a disc about a point, across a direction: a cylinder begins at its tool's origin.
+double disc_thickness_mm(const Grid& grid);
+ToolPose pose_of_disc(glm::dvec3 at_mm, glm::dvec3 across, const Grid& grid);
+
 // The tools that a session has been given: gives it one where it differs from what it has.
 class ToolRack {
  public:

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <string_view>
 
 #include "apps/view/document/free_name.h"
@@ -60,7 +61,40 @@ Result<std::string> export_labels(const Volume& labels, uint16_t label,
                        path.string());
 }
 
-void LabelExport::begin(uint16_t label, const std::string& path) {
+Result<std::string> export_each_label(const Volume& labels, const std::filesystem::path& path,
+                                      const std::stop_token& stop,
+                                      const std::vector<LabelName>& names) {
+    if (std::ranges::find(kMeshes, path.extension().string()) == kMeshes.end())
+        return fail("{}: expected .ply, .stl, .obj or .vtp for a file of each label",
+                    path.string());
+    const auto counts = count_labels(labels);
+    const Mesh all = surface_nets(labels, {.passes = kPasses, .stop = stop});
+    size_t written = 0;
+    for (const auto& [label, count] : counts) {
+        if (label == 0 || count == 0)
+            continue;
+        if (stop.stop_requested())
+            return fail("{}: stopped after {} files", path.string(), written);
+        const auto named = std::ranges::find(names, label, &LabelName::label);
+        std::string name =
+            named == names.end() || named->name.empty() ? std::to_string(label) : named->name;
+        for (char& letter : name) // of UTF-8 all; but what folders and shells have a use for
+            if (static_cast<unsigned char>(letter) < 0x80 && letter != '-' &&
+                !std::isalnum(static_cast<unsigned char>(letter)))
+                letter = '_';
+        std::filesystem::path file = path;
+        file.replace_filename(path.stem().string() + "-" + name + path.extension().string());
+        PALPATE_TRY(save_mesh(free_name(file), surface_of_label(all, static_cast<uint16_t>(label)),
+                              {.stop = stop}));
+        ++written;
+    }
+    if (written == 0)
+        return fail("{}: expected samples of a label, found none", path.string());
+    return fmt::format("{} labels written, each to a file: {}", written,
+                       (path.parent_path() / (path.stem().string() + "-..")).string());
+}
+
+void LabelExport::begin(uint16_t label, const std::string& path, bool each) {
     if (!document_.threaded())
         return document_.tell("a script saves nothing");
     if (done_.valid())
@@ -70,12 +104,16 @@ void LabelExport::begin(uint16_t label, const std::string& path) {
     if (!labels)
         return document_.tell("there are no labels to write: draw or segment first");
     std::error_code ignored;
-    const auto file = std::filesystem::absolute(free_name(path), ignored);
-    done_ = std::async(std::launch::async, [labels = *labels, label, file, stop = stop_.get_token(),
-                                            names = all_names(document_.notes().known())] {
-        return attempt(file.string(),
-                       [&] { return export_labels(labels, label, file, stop, names); });
-    });
+    const auto file =
+        std::filesystem::absolute(each ? std::filesystem::path(path) : free_name(path), ignored);
+    done_ = std::async(std::launch::async,
+                       [labels = *labels, label, file, each, stop = stop_.get_token(),
+                        names = all_names(document_.notes().known())] {
+                           return attempt(file.string(), [&] {
+                               return each ? export_each_label(labels, file, stop, names)
+                                           : export_labels(labels, label, file, stop, names);
+                           });
+                       });
     document_.tell(fmt::format("writing {} ..", file.string()));
 }
 

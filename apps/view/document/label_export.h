@@ -19,6 +19,12 @@ Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop,
                                   const std::vector<LabelName>& names = {});
 
+// The surface of each label in a file of its own, beside each other: "organs.stl" becomes
+// "organs-liver.stl", of a label without a name "organs-7.stl". A name that is there is numbered.
+Result<std::string> export_each_label(const Volume& labels, const std::filesystem::path& path,
+                                      const std::stop_token& stop,
+                                      const std::vector<LabelName>& names = {});
+
 // Exports of a document's labels, on a thread of its own, one at a time.
 class LabelExport {
  public:
@@ -26,7 +32,9 @@ class LabelExport {
     ~LabelExport() { stop_.request_stop(); }
 
     // As the labels are when strokes under way are done; to another name where the file is there.
-    void begin(uint16_t label, const std::string& path);
+    // each: surfaces of all labels, by export_each_label().
+    void begin(uint16_t label, const std::string& path, bool each = false);
+    bool is_writing() const { return done_.valid(); }
     void poll(); // for each frame
 
  private:

@@ -22,6 +22,7 @@ struct Bare { // an order that needs nothing more
 struct StrokeDown {
     glm::dvec3 at_mm{0.0};
     double time_s = 0.0;
+    glm::dvec3 disc_across{0.0}; // the direction across a disc; 0: the brush is a ball
     bool operator==(const StrokeDown&) const = default;
 };
 struct StrokeMove {
@@ -51,6 +52,7 @@ struct ExportMeasures {
 };
 struct ExportLabels { // all of them, or the surface of the one that is drawn
     std::string path{};
+    bool each = false; // the surfaces of all, each in a file of its own
     bool operator==(const ExportLabels&) const = default;
 };
 struct ExportMesh { // a surface for print
@@ -111,6 +113,7 @@ struct OpenFused { // another volume, in colour over the slices
     std::string path{};
     bool operator==(const OpenFused&) const = default;
 };
+struct OpenLast : Bare {}; // the document that was opened before this one
 struct CancelOpening : Bare {};
 struct Close : Bare {};
 struct Leave : Bare {};       // what waits is done, and edits that are not saved are lost
@@ -145,10 +148,10 @@ using DocumentOrder = std::variant<
     order::DropMesh, order::PullDown, order::PullMove, order::PullUp, order::PullCancel>;
 
 // All: the window obeys the others itself, and asks where to before it passes on a save.
-using Order = std::variant<order::Open, order::OpenLabels, order::OpenFused, order::CancelOpening,
-                           order::Close, order::Leave, order::TakePicture, order::PrintFigure,
-                           order::StopFigure, order::RecordScript, order::PlayScript,
-                           order::StopScript, order::Save, DocumentOrder>;
+using Order = std::variant<order::Open, order::OpenLast, order::OpenLabels, order::OpenFused,
+                           order::CancelOpening, order::Close, order::Leave, order::TakePicture,
+                           order::PrintFigure, order::StopFigure, order::RecordScript,
+                           order::PlayScript, order::StopScript, order::Save, DocumentOrder>;
 using ScriptOrder = std::variant<order::RecordScript, order::PlayScript, order::StopScript>;
 
 // For a person, of one that failed: "undo".

@@ -6,6 +6,7 @@
 
 #include "engine/base/failure.h"
 #include "engine/edit/spared.h"
+#include "engine/segment/grid_change.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/map_values.h"
 #include "engine/volume/content_hash.h"
@@ -101,6 +102,40 @@ std::optional<Volume> SegmentRun::take_look() {
     return std::exchange(look_, std::nullopt);
 }
 
+namespace {
+
+Result<Volume> made(const Result<BrickMaker>& maker, const Task& task) {
+    if (!maker)
+        return fail("{}", maker.error().message);
+    return make_bricks(*maker, task);
+}
+
+} // namespace
+
+Result<Segmented> SegmentRun::run_method(SegmentInput input, const Task& task) const {
+    if (!job_.region)
+        return segment(*job_.method, input, job_.given, task);
+    const auto [low, high] = *job_.region;
+    const glm::ivec3 behind = glm::ivec3(input.volume.size()) - 1 - high;
+    const Task quietly{task.stop, {}};
+    PALPATE_TRY(const Volume part, made(crop_bricks(input.volume, low, high), quietly));
+    SegmentInput within{part, {}, {}, input.background};
+    within.keeps_unbounded = input.keeps_unbounded;
+    if (input.seeds) {
+        PALPATE_TRY(within.seeds, made(crop_bricks(*input.seeds, low, high), quietly));
+    }
+    // What is seen on the way would lie on the part's grid: it is left out.
+    PALPATE_TRY(Segmented found,
+                segment(*job_.method, within, job_.given, {task.stop, task.progress}));
+    PALPATE_TRY(found.labels, made(pad_bricks(found.labels, low, behind, 0.0), quietly));
+    if (found.strength) {
+        PALPATE_TRY(found.strength,
+                    made(pad_bricks(*found.strength, low, behind, std::nan("")), quietly));
+        PALPATE_TRY(found.owner, made(pad_bricks(*found.owner, low, behind, 0.0), quietly));
+    }
+    return found;
+}
+
 Result<SegmentDone> SegmentRun::run() {
     Task task{stop_.get_token(), [this](double share) { share_ = share; }};
     if (threaded_)
@@ -123,7 +158,7 @@ Result<SegmentDone> SegmentRun::run() {
             else
                 of.push_back(one.label);
         }
-    PALPATE_TRY(Segmented found, segment(*job_.method, input, job_.given, task.part(0.0, 0.95)));
+    PALPATE_TRY(Segmented found, run_method(std::move(input), task.part(0.0, 0.95)));
     if (!job_.seeds)
         for (const LabelCount& one : label_counts(found.labels))
             of.push_back(one.label);

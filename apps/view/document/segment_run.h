@@ -49,6 +49,12 @@ struct SegmentJob {
     uint16_t label = 0;             // in the hand: of several, the one that is bounded again
     // The method is not run: its objects are bounded by this.
     std::optional<Strength> again{};
+    // Samples low .. high that the method works on, both included; none: on all. What lies outside
+    // is of no label, and has no strength.
+    struct Region {
+        glm::ivec3 low, high;
+    };
+    std::optional<Region> region{};
     // Nor is anything bounded: what was made of the map `before` goes into `labels`, which a person
     // has changed meanwhile, but for the samples that were changed.
     std::shared_ptr<const SegmentDone> ready{};
@@ -74,6 +80,7 @@ class SegmentRun {
 
  private:
     Result<SegmentDone> run();
+    Result<Segmented> run_method(SegmentInput input, const Task& task) const;
     Result<SegmentDone> bound_again(const Task& task);
     void spare_locked(SegmentDone& done) const;
     void set_bound(Strength& strength, const SegmentDone& found, const ArrivalGrowth& growth);

@@ -1,10 +1,13 @@
 #include "apps/view/document/segmentation.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/view/document/stroke_edit.h"
+#include "apps/view/tools/clip_tool.h"
 #include "engine/measure/measure_report.h"
 #include "engine/segment/map_values.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::view {
 
@@ -62,6 +65,34 @@ void Segmentation::show(const ViewState& state) {
         session.show(std::move(scene));
 }
 
+std::optional<SegmentJob::Region> kept_samples(const Grid& grid,
+                                               const std::vector<ClipPlane>& planes) {
+    glm::dvec3 low(INFINITY), high(-INFINITY);
+    const auto take = [&](glm::dvec3 point_mm) {
+        const glm::dvec3 index = index_point(grid, point_mm);
+        low = glm::min(low, index);
+        high = glm::max(high, index);
+    };
+    for (size_t i = 0; i < planes.size(); ++i)
+        for (const glm::dvec3 corner : clip_outline(grid, planes, i))
+            take(corner);
+    const double room = 1e-6 * extent_mm(grid);
+    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 point =
+            world_point(grid, last * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2));
+        if (std::ranges::all_of(planes, [&](const ClipPlane& plane) {
+                return glm::dot(plane.normal, point - plane.point_mm) >= -room;
+            }))
+            take(point);
+    }
+    constexpr double kOn = 1e-6; // a plane may lie on samples
+    SegmentJob::Region kept{glm::ivec3(glm::ceil(glm::max(low, glm::dvec3(0.0)) - kOn)),
+                            glm::ivec3(glm::floor(glm::min(high, last) + kOn))};
+    const bool has_any = low.x <= high.x && glm::all(glm::lessThanEqual(kept.low, kept.high));
+    return has_any ? std::optional(kept) : std::nullopt;
+}
+
 std::optional<double> Segmentation::share() const {
     return run_ ? std::optional(run_->share()) : std::nullopt;
 }
@@ -82,6 +113,14 @@ void Segmentation::begin(const ViewState& state) {
         .outside = kSeedOf255,
         .locked = state.notes.locked_labels,
         .label = state.label};
+    if (state.segmenting.in_box && !state.notes.clip_planes.empty()) {
+        job.region = kept_samples(job.volume.grid(), state.notes.clip_planes);
+        if (!job.region)
+            return document_.tell("no sample lies within the clip planes");
+    }
+    // A threshold begins where the surface in 3D lies: of a CT, at bone.
+    if (std::string_view(method->name) == "threshold" && job.given.empty())
+        job.given["low"] = document_.session().parameters().iso;
     if (method->takes_seeds) {
         Result<Volume> by_label = seeds_by_label(*seeds);
         if (!by_label)
@@ -137,6 +176,8 @@ std::string Segmentation::told_of(const SegmentJob& job, const SegmentDone& done
         told += fmt::format(" {} {:.4g}",
                             is_object_below(*job.method) ? "by" : "at a strength of at least",
                             job.again->bound);
+    if (std::string_view(job.method->name) == "threshold" && job.given.contains("low"))
+        told += fmt::format(", values from {:g}", job.given.at("low"));
     if (done.met_locked != 0)
         told += fmt::format("; {}", document_.locked_text(done.met_locked));
     for (const std::string& note : done.notes)

@@ -13,6 +13,10 @@
 
 namespace palpate::view {
 
+// The least box of samples that holds all that clip planes keep; none: they keep no sample.
+std::optional<SegmentJob::Region> kept_samples(const Grid& grid,
+                                               const std::vector<ClipPlane>& planes);
+
 // Methods that make labels: their runs, one at a time, what they left behind, and what is seen of
 // them over the slices.
 class Segmentation {

@@ -16,6 +16,7 @@ struct Segmenting {
     std::string method = "fast-marching";
     std::map<std::string, ParameterValues> given{}; // by method; others are the method's own
     // While a person drags the bound of the last result, and until it is taken: where it is.
+    bool in_box = false; // methods work within the box that clip planes leave, alone
     std::optional<double> preview{};
 
     friend bool operator==(const Segmenting&, const Segmenting&) = default;

@@ -37,10 +37,13 @@ OperationKind kind_of(Carve carve) {
 // The edit of a tool on a volume. A ball of labels between samples still draws the one that its
 // middle is in; cuts are by the tool's surface.
 EditSetup tool_edit(const OpenDocument& document, Carve carve, TipShape shape, uint16_t label,
-                    const std::string& on, const ViewState& state) {
+                    const std::string& on, const ViewState& state, bool disc = false) {
     const Grid& grid = document.subject().grid;
     const ValueRange range = document.subject().range;
-    Json json = shape_json(shape, state.radius_mm);
+    Json json = disc ? Json{{"kind", "cylinder"},
+                            {"radius_mm", state.radius_mm},
+                            {"length_mm", disc_thickness_mm(grid)}}
+                     : shape_json(shape, state.radius_mm);
     if (is_on_labels(carve) && state.radius_mm < largest_spacing_mm(grid))
         json = Json{{"kind", "union"}, {"of", Json::array({json, {{"kind", "point"}}})}};
     EditSetup setup{json, tool_of(json), {}, on, {}};
@@ -78,7 +81,7 @@ std::optional<EditSetup> seed_edit(OpenDocument& document, TipShape shape, const
 } // namespace
 
 std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipShape shape,
-                                     const ViewState& state) {
+                                     const ViewState& state, bool disc) {
     if (carve == Carve::seed)
         return seed_edit(document, shape, state);
     // Locked labels stay, and so do the grey values under them.
@@ -92,7 +95,8 @@ std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipSha
         }
         return setup;
     }
-    EditSetup setup = tool_edit(document, carve, shape, state.label, document.labels_name(), state);
+    EditSetup setup =
+        tool_edit(document, carve, shape, state.label, document.labels_name(), state, disc);
     setup.operation.spared = locked;
     if (state.only_values) {
         setup.operation.only_values = {state.only_values->low, state.only_values->high};

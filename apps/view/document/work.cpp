@@ -40,7 +40,7 @@ void Work::obey(const DocumentOrder& order, const ViewState& state) {
     };
     const Overloaded each{
         [&](const order::StrokeDown& to) {
-            hand_.begin_stroke({to.time_s, {to.at_mm}}, state);
+            hand_.begin_stroke({to.time_s, {to.at_mm}}, state, to.disc_across);
         },
         [&](const order::StrokeMove& to) {
             hand_.move_stroke({to.time_s, {to.at_mm}});
@@ -58,7 +58,7 @@ void Work::obey(const DocumentOrder& order, const ViewState& state) {
         [&](order::Redo) { step(false); },
         [&](const order::Save& to) { saving_.save(state, to.folder); },
         [&](const order::ExportMeasures& to) { export_measures(state, to.path); },
-        [&](const order::ExportLabels& to) { label_export_.begin(state.label, to.path); },
+        [&](const order::ExportLabels& to) { label_export_.begin(state.label, to.path, to.each); },
         [&](const order::ExportMesh& to) { mesh_writing_.begin(to.made, to.path); },
         [&](order::StopMesh) { mesh_writing_.stop(); },
         [&](order::Segment) { segmentation_.begin(state); },

@@ -287,7 +287,7 @@ void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char*
     };
     ImGui::PushID(id.c_str());
     ImGui::SetNextItemWidth(-(width("..") + width(button)));
-    ImGui::InputText("##name", typed.data(), typed.size());
+    ImGui::InputText("##name", typed.data(), typed.size(), ImGuiInputTextFlags_AutoSelectAll);
     ui.note(id);
     ImGui::SameLine();
     if (ImGui::Button("..")) {
@@ -309,7 +309,8 @@ void draw_opening(Widgets& ui, const ViewState& state) {
         ImGui::TextUnformatted(state.opening.c_str());
     const double seconds = std::max(0.0, ui.time_s - state.opening_since_s);
     const std::string shown = state.opening_share > 0.0
-                                  ? fmt::format("{:.0f} %", 100.0 * state.opening_share)
+                                  ? fmt::format("{:.0f} % {}", 100.0 * state.opening_share,
+                                                time_left_text(state.opening_share, seconds))
                                   : fmt::format("{:.0f} s", seconds);
     ImGui::ProgressBar(static_cast<float>(state.opening_share),
                        ImVec2(18.0f * ImGui::GetFontSize(), 0.0f), shown.c_str());

@@ -32,6 +32,7 @@ void draw_brush_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& w
         ImGui::TextDisabled("%s: %s", state.tool->title, state.tool->kind(state).c_str());
         ui.note("tool/kind");
     }
+    ui.check("disc in the slice", "tool/disc", state.brush_is_disc);
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     ui.note("tool/radius");
     int label = state.label;

@@ -80,9 +80,7 @@ void draw_export_panel(Widgets& ui, TypedText& file, ViewState& state, Work& wor
     ExportSetup& setup = state.exporting;
     draw_choices(ui, setup, state, work);
     if (const auto share = work.mesh_writing().share()) {
-        const std::string text = fmt::format("{} {:.0f} %", share->what, 100.0 * share->share);
-        ImGui::ProgressBar(static_cast<float>(share->share),
-                           ImVec2(-ImGui::CalcTextSize("cancel__").x, 0.0f), text.c_str());
+        ui.progress("export/share", share->share, share->what, "cancel");
         ImGui::SameLine();
         ui.button("cancel", "export/cancel", order::StopMesh{});
         return;

@@ -11,12 +11,11 @@ namespace palpate::view {
 
 void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
     FigureSetup& figure = state.figure;
-    choose<Panel>("of", figure.panel,
+    choose<Panel>(ui, "figure/panel", "of", figure.panel,
                   {{"3D", Panel::volume},
                    {"axial", Panel::axial},
                    {"coronal", Panel::coronal},
                    {"sagittal", Panel::sagittal}});
-    ui.note("figure/panel");
     if (ImGui::InputInt2(named("pixels").c_str(), &figure.size_px.x))
         figure.size_px = glm::clamp(figure.size_px, 16, FigureSetup::kMost_px);
     ui.note("figure/size");
@@ -29,17 +28,16 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
                               " 1: the view as it is");
         ui.note("figure/pictures");
     }
-    choose("background", figure.paper, kPapers);
-    ui.note("figure/paper");
+    choose(ui, "figure/paper", "background", figure.paper, kPapers);
     ui.check("letters", "figure/letters", figure.letters);
     ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
     ui.check("scale bar", "figure/scale_bar", figure.scale_bar);
     ui.check("note", "figure/note", figure.note);
     ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
     ui.check("colour bar", "figure/color_bar", figure.color_bar);
+    ui.check("legend of labels", "figure/legend", figure.legend);
     if (figure.share && figure.pictures > 1) {
-        ImGui::ProgressBar(static_cast<float>(*figure.share),
-                           ImVec2(-ImGui::CalcTextSize("cancel__").x, 0.0f));
+        ui.progress("figure/share", *figure.share, "", "cancel");
         ImGui::SameLine();
         ui.button("cancel", "figure/cancel", order::StopFigure{});
         return;

@@ -8,6 +8,7 @@
 
 #include "apps/view/drawing/looks.h"
 #include "apps/view/panels/widget_help.h"
+#include "apps/view/panels/widgets.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/window/keys.h"
 #include "engine/base/failure.h"
@@ -22,6 +23,11 @@ int number_of(const std::string& key) {
     const auto& names = key_names();
     const auto found = std::find(names.begin(), names.end(), key);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+Box box_between(const ImRect& rect) {
+    return {{static_cast<int>(rect.Min.x), static_cast<int>(rect.Min.y)},
+            {static_cast<int>(rect.GetWidth()), static_cast<int>(rect.GetHeight())}};
 }
 
 void name_keys(ImGuiIO& io) {
@@ -170,8 +176,16 @@ void draw_frames(ImDrawList& list, const ViewState& state) {
 
 void Widgets::note(const std::string& id) {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-    places[id] = {{static_cast<int>(low.x), static_cast<int>(low.y)},
-                  {static_cast<int>(high.x - low.x), static_cast<int>(high.y - low.y)}};
+    const auto keep = [&](const std::string& name, const ImRect& whole) {
+        places[name] = box_between(whole);
+        ImRect part = whole;
+        part.ClipWithFull(GImGui->CurrentWindow->ClipRect); // empty: its corners are one
+        seen[name] = box_between(part);
+    };
+    keep(id, {low, high});
+    const ImGuiLastItemData& last = GImGui->LastItemData;
+    if (last.StatusFlags & ImGuiItemStatusFlags_HasDisplayRect) // of a slider: where one types
+        keep(id + "/field", last.DisplayRect);
     if (id == pointed_out) {
         if (scrolls_to)
             ImGui::SetScrollHereY(0.3f);
@@ -208,6 +222,37 @@ bool Widgets::primary(const char* text, const std::string& id, const ViewState& 
     ImGui::PopStyleColor(2);
     note(id);
     return pressed;
+}
+
+std::string time_left_text(double share, double seconds) {
+    constexpr double kLeastShare = 0.02, kLeast_s = 2.0; // before these a rate is chance
+    if (!(share >= kLeastShare) || share >= 1.0 || seconds < kLeast_s)
+        return "";
+    const double left_s = seconds * (1.0 - share) / share;
+    const double step_s = left_s < 20.0 ? 1.0 : left_s < 100.0 ? 5.0 : 60.0;
+    const double told_s = std::max(1.0, std::ceil(left_s / step_s)) * step_s;
+    return step_s < 60.0     ? fmt::format("about {:.0f} s left", told_s)
+           : told_s < 7200.0 ? fmt::format("about {:.0f} min left", told_s / 60.0)
+                             : fmt::format("about {:.0f} h left", told_s / 3600.0);
+}
+
+void Widgets::progress(const std::string& id, double share, const std::string& what,
+                       const char* room) {
+    constexpr double kGap_s = 0.5; // without a bar, the next one is of other work
+    Progress& bar = under_way.try_emplace(id, Progress{time_s, time_s}).first->second;
+    if (time_s - bar.seen_s > kGap_s)
+        bar.began_s = time_s;
+    bar.seen_s = time_s;
+    const std::string left = time_left_text(share, time_s - bar.began_s);
+    const std::string text = fmt::format("{}{}{:.0f} %{}{}", what, what.empty() ? "" : " ",
+                                         100.0 * share, left.empty() ? "" : ", ", left);
+    const float width = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(room).x -
+                        2.0f * ImGui::GetStyle().FramePadding.x - ImGui::GetStyle().ItemSpacing.x;
+    ImGui::ProgressBar(static_cast<float>(share), ImVec2(std::max(width, 1.0f), 0.0f),
+                       fitted(text, width).c_str());
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", text.c_str());
+    note(id);
 }
 
 void Widgets::check(const char* text, const std::string& id, bool& is_on) {
@@ -254,6 +299,7 @@ void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& w
     if (ImGui::GetIO().MouseWheel != 0.0f) // where it goes is for the person to say
         ui_.scrolls_to = false;
     ui_.places.clear();
+    ui_.seen.clear();
     texts_.clear();
     draw_top_bar(ui_, state, work);
     draw_tool_bar(ui_, state);
@@ -266,6 +312,8 @@ void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& w
     draw_browser(ui_, browser_, side_.files.recent, state);
     draw_series_chooser(ui_, previews_, state, work);
     draw_opening(ui_, state);
+    if (const auto& open = GImGui->OpenPopupStack; !open.empty() && open.back().Window)
+        ui_.places["popup"] = ui_.seen["popup"] = box_between(open.back().Window->Rect());
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
     draw_frames(behind, state);
     for (const Places::View& view : places_of(state).views) {

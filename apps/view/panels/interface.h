@@ -58,6 +58,8 @@ class Interface {
     const ImDrawData& lists() const; // of the last frame
     // Where the widgets of the last frame lie, by their ids: "tool/draw".
     const std::map<std::string, Box>& widgets() const { return ui_.places; }
+    // The parts of them that are seen: empty where a widget is scrolled out of its panel.
+    const std::map<std::string, Box>& seen_widgets() const { return ui_.seen; }
     const std::vector<ViewText>& texts() const { return texts_; } // of the last frame
     static uint32_t texture_of(Panel panel) { return 1 + static_cast<uint32_t>(panel); }
 

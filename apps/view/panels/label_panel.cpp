@@ -310,12 +310,13 @@ void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state) 
     name_file(ui, "labels/file", panel.file, "labels.nii.gz", "export", state);
     ImGui::SameLine();
     if (ImGui::Button("export"))
-        ui.order(order::ExportLabels{panel.file.data()});
+        ui.order(order::ExportLabels{panel.file.data(), panel.each});
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip("%s",
                           ".nii.gz, .nrrd, .mha: all labels\n"
                           ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
     ui.note("labels/export");
+    ui.check("surfaces: each label in a file", "labels/each", panel.each);
 }
 
 } // namespace palpate::view

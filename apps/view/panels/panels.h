@@ -22,6 +22,7 @@ struct Widgets {
     double time_s = 0.0; // of the frame
     std::vector<Order> orders{};
     std::map<std::string, Box> places{};         // by their ids: "tool/draw"
+    std::map<std::string, Box> seen{};           // the parts of them that are not scrolled away
     std::string pointed_out{};                   // the id of one that is framed
     bool scrolls_to = false;                     // and scrolled to, until it is seen
     std::pair<std::string, std::string> named{}; // the id of a field, and what the browser gives it
@@ -33,7 +34,19 @@ struct Widgets {
     // A filled button, the one of a section that is pressed most.
     bool primary(const char* text, const std::string& id, const ViewState& state);
     void check(const char* text, const std::string& id, bool& is_on);
+    // A bar of a share, 0 .. 1, with what is done, and how long it will take from when it was first
+    // seen: "segment 34 %, about 40 s left". Leaves `room` for a button behind it.
+    void progress(const std::string& id, double share, const std::string& what, const char* room);
+
+    struct Progress { // of a bar that was drawn in the last frame
+        double began_s, seen_s;
+    };
+    std::map<std::string, Progress> under_way{};
 };
+
+// How long work still takes that has come so far in so many seconds, in words; empty as long as
+// nobody can say.
+std::string time_left_text(double share, double seconds);
 
 using TypedText = std::array<char, 1024>;
 
@@ -43,6 +56,7 @@ struct WindowEnds {        // of drag_ends()
 };
 struct LabelPanel {
     TypedText file{};
+    bool each = false;             // a surface of each label
     std::array<char, 64> sought{}; // a part of the names of labels
 };
 struct FilesPanel {

@@ -70,7 +70,10 @@ void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMet
             ImGui::SameLine();
             std::string now = found_before ? fmt::format("{:.4g}", *found_before)
                                            : fmt::format("{:g}", parameter.fallback);
-            if (parameter.fallback_text)
+            if (std::string_view(method.name) == "threshold" && given.empty() &&
+                std::string_view(parameter.name) == "low")
+                now = fmt::format("{:.5g}, the surface's", work.session().parameters().iso);
+            else if (parameter.fallback_text)
                 now = fmt::format("{}{}{}", parameter.fallback_text, found_before ? ": " : "",
                                   found_before ? now : "");
             ImGui::TextDisabled("%s", now.c_str());
@@ -136,9 +139,11 @@ void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& 
         return;
     hint(method->purpose);
     draw_parameters(ui, state, work, *method);
+    ImGui::BeginDisabled(state.notes.clip_planes.empty());
+    ui.check("in the crop box only", "segment/in_box", state.segmenting.in_box);
+    ImGui::EndDisabled();
     if (const auto share = work.segmentation().share()) {
-        ImGui::ProgressBar(static_cast<float>(*share),
-                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
+        ui.progress("segment/share", *share, "", "cancel");
         ImGui::SameLine();
         ui.button("cancel", "segment/cancel", order::StopSegmenting{});
     } else {
@@ -176,8 +181,7 @@ void draw_seeds_section(Widgets& ui, ViewState& state) {
 // The mesh of a label, whose faces are pulled, and which becomes the label again.
 void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
     if (const auto share = work.mesh_pulling().share()) {
-        ImGui::ProgressBar(static_cast<float>(*share),
-                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
+        ui.progress("mesh/share", *share, "", "cancel");
         ImGui::SameLine();
         ui.button("cancel##mesh", "mesh/cancel", order::DropMesh{});
         return;

@@ -22,8 +22,7 @@ void draw_session_panel(Widgets& ui, TypedText& file, ViewState& state) {
     ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::SetNextItemWidth(-1.0f);
-    choose("##speed", state.play_speed, speeds);
-    ui.note("session/speed");
+    choose(ui, "session/speed", "##speed", state.play_speed, speeds);
     hint(records ? "what you do is written until `stop`"
                  : "a press or a key ends what is played, and the window is yours");
 }

@@ -93,9 +93,13 @@ bool slide(const char* name, double& value, double low, double high, const char*
         value = std::clamp(typed, low, high);
         changed = true;
     }
+    const ImRect typed_into = GImGui->LastItemData.Rect;
     ImGui::PopID();
     ImGui::EndGroup();
-    GImGui->LastItemData.Rect = track; // what is pressed for a value by the mouse
+    ImGuiLastItemData& last = GImGui->LastItemData;
+    last.Rect = track; // what is pressed for a value by the mouse
+    last.DisplayRect = typed_into;
+    last.StatusFlags |= ImGuiItemStatusFlags_HasDisplayRect; // Widgets::note() keeps it
     return changed;
 }
 

@@ -54,14 +54,13 @@ void draw_volume_section(Widgets& ui, ViewState& state, Work& work) {
     bool changed = false;
     if (scene.ray_cast) {
         RayMode mode = scene.ray_cast->mode;
-        if (choose<RayMode>("mode", mode,
+        if (choose<RayMode>(ui, "volume/mode", "mode", mode,
                             {{"shaded", RayMode::alpha},
                              {"maximum", RayMode::mip},
                              {"iso-surface", RayMode::iso}})) {
             scene.ray_cast = default_ray_cast(mode, work.loaded());
             changed = true;
         }
-        ui.note("volume/mode");
     }
     if (scene.ray_cast && scene.ray_cast->mode == RayMode::alpha) {
         draw_presets(ui, *scene.ray_cast, work, changed);
@@ -91,17 +90,15 @@ void draw_volume_section(Widgets& ui, ViewState& state, Work& work) {
 }
 
 void draw_layout_section(Widgets& ui, ViewState& state) {
-    if (choose<Layout>("views", state.layout,
+    if (choose<Layout>(ui, "layout/views", "views", state.layout,
                        {{"three slices and 3D", Layout::four},
                         {"3D", Layout::volume},
                         {"one slice", Layout::slice}}))
         state.alone.reset();
-    ui.note("layout/views");
     if (state.layout == Layout::slice) {
         choose<Panel>(
-            "slice", state.slice,
+            ui, "layout/slice", "slice", state.slice,
             {{"axial", Panel::axial}, {"coronal", Panel::coronal}, {"sagittal", Panel::sagittal}});
-        ui.note("layout/slice");
     }
     ui.check("crosshair", "layout/crosshair", state.crosshair_shown);
     ImGui::SameLine();
@@ -115,11 +112,10 @@ void draw_slices_section(Widgets& ui, ViewState& state, Work& work) {
         state.slab_mm = layer * std::round(state.slab_mm / layer);
     ui.note("slices/thickness");
     if (state.slab_mm > 0.0) {
-        choose("of it", state.slab_mode,
+        choose(ui, "slices/mode", "of it", state.slab_mode,
                {std::pair("maximum", SlabMode::maximum),
                 {"mean", SlabMode::mean},
                 {"minimum", SlabMode::minimum}});
-        ui.note("slices/mode");
     }
     slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
     ui.note("slices/outline");
@@ -146,7 +142,7 @@ void draw_stereo_section(Widgets& ui, ViewState& state) {
         state.cursor_mm.reset();
         return;
     }
-    choose("layout", stereo.layout,
+    choose(ui, "stereo/layout", "layout", stereo.layout,
            {std::pair("red and cyan", StereoLayout::anaglyph),
             {"side by side", StereoLayout::side_by_side},
             {"top and bottom", StereoLayout::top_bottom},
@@ -155,7 +151,6 @@ void draw_stereo_section(Widgets& ui, ViewState& state) {
             {"checkerboard", StereoLayout::checkerboard},
             {"left eye", StereoLayout::left},
             {"right eye", StereoLayout::right}});
-    ui.note("stereo/layout");
     ui.check("swap eyes", "stereo/swap", stereo.swap_eyes);
     ImGui::SameLine();
     ui.check("mirror", "stereo/mirror", stereo.mirror);

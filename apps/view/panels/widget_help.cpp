@@ -9,6 +9,9 @@ namespace {
 constexpr WidgetHelp kHelp[] = {
     {"tool/radius", "brush size",
      "radius of the brush, the eraser, the seeds and the burr, 0.1 to 100 mm", "radius burr disc"},
+    {"tool/disc", "brush as a disc",
+     "brush and eraser change one layer of the slice in which they draw, and not a ball",
+     "2D flat"},
     {"tool/label", "label to draw", "number of the label that brush and fill write, 1 to 65535",
      "segment number"},
     {"tool/undo", "undo", "takes the last step back", "revert"},
@@ -141,6 +144,9 @@ constexpr WidgetHelp kHelp[] = {
      "all labels as .nii.gz, .nrrd or .mha; the surface of the chosen one as .stl, .ply, .obj or "
      ".vtp",
      ""},
+    {"labels/each", "surfaces of all labels",
+     "the export writes the surface of each label to a file of its own, named by the label",
+     "many STL multiple segments"},
 
     {"labels/file/choose", "folder of exported labels", "chooses where the file is written", "",
      false},
@@ -149,6 +155,10 @@ constexpr WidgetHelp kHelp[] = {
     {"segment/clear", "clear seeds", "takes all seeds away", "reset"},
     {"segment/methods", "method of segmentation", "how an object is found from seeds",
      "grow from seeds region growing random walker level set snake threshold"},
+    {"segment/in_box", "segment in the crop box only",
+     "the method works on the samples that clip planes leave: a part of the time, and nothing "
+     "outside becomes a label (crop box in the task Look)",
+     "region part crop faster"},
     {"segment/run", "segment", "runs the chosen method", "apply start grow"},
     {"segment/bound", "bound of the result",
      "how far the object goes: drag it and let it go; more is larger", "strength", false},
@@ -273,6 +283,7 @@ constexpr WidgetHelp kHelp[] = {
 constexpr std::pair<std::string_view, Section> kSectionOf[] = {
     {"labels/only", Section::brush},
     {"labels/file", Section::label_files},
+    {"labels/each", Section::label_files},
     {"labels/export", Section::label_files},
     {"segment/inside", Section::seeds},
     {"segment/outside", Section::seeds},

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/view/drawing/looks.h"
+#include "apps/view/panels/panels.h"
 #include "apps/view/window/state.h"
 
 // Widgets that sections of the side panel share.
@@ -58,22 +59,26 @@ inline void begin_dialog(const char* title, bool* open, const ViewState& state,
 // rest of the line to the next widget. Returns the widget's id, which shows no name.
 std::string named(const char* name);
 
-// A list of names to choose from; whether the choice changed.
+// A list of names to choose from, which has the id, and its rows id/NAME; whether the choice
+// changed.
 template <class Choice, class List = std::initializer_list<std::pair<const char*, Choice>>>
-bool choose(const char* id, Choice& now, const List& all) {
+bool choose(Widgets& ui, const std::string& id, const char* title, Choice& now, const List& all) {
     const char* shown = "";
     for (const auto& [name, value] : all)
         if (value == now)
             shown = name;
     bool changed = false;
-    if (ImGui::BeginCombo(named(id).c_str(), shown)) {
-        for (const auto& [name, value] : all)
+    if (ImGui::BeginCombo(named(title).c_str(), shown)) {
+        for (const auto& [name, value] : all) {
             if (ImGui::Selectable(name, value == now)) {
                 now = value;
                 changed = true;
             }
+            ui.note(id + "/" + name);
+        }
         ImGui::EndCombo();
     }
+    ui.note(id);
     return changed;
 }
 

@@ -124,11 +124,14 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
                                  {"normal", plane.normal},
                                  {"offset_mm", glm::dot(plane.normal, plane.point_mm)}});
     const FigureSetup& figure = state.figure;
-    json["figure"] = {
-        {"panel", name_of(figure.panel)}, {"size", {figure.size_px.x, figure.size_px.y}},
-        {"letters", figure.letters},      {"scale_bar", figure.scale_bar},
-        {"color_bar", figure.color_bar},  {"note", figure.note},
-        {"pictures", figure.pictures}};
+    json["figure"] = {{"panel", name_of(figure.panel)},
+                      {"size", {figure.size_px.x, figure.size_px.y}},
+                      {"letters", figure.letters},
+                      {"legend", figure.legend},
+                      {"scale_bar", figure.scale_bar},
+                      {"color_bar", figure.color_bar},
+                      {"note", figure.note},
+                      {"pictures", figure.pictures}};
     for (const auto& [name, paper] : kPapers)
         if (paper == figure.paper)
             json["figure"]["paper"] = name;

@@ -79,6 +79,16 @@ std::optional<glm::dvec2> pixel_of(const Place& place, const Shown& shown) {
     return whole_part(*px);
 }
 
+bool is_scrolled_away(const Place& place, glm::dvec2 px, const Shown& shown) {
+    const auto* widget = std::get_if<WidgetPlace>(&place);
+    // A share beyond the widget's edges is of something that lies beside it.
+    if (!widget || !shown.seen || glm::any(glm::lessThan(widget->share, glm::dvec2(0.0))) ||
+        glm::any(glm::greaterThanEqual(widget->share, glm::dvec2(1.0))))
+        return false;
+    const auto seen = shown.seen->find(widget->id);
+    return seen != shown.seen->end() && !seen->second.holds(px);
+}
+
 std::string name_of(const Place& place) {
     if (const auto* widget = std::get_if<WidgetPlace>(&place))
         return fmt::format("widget '{}'", widget->id);
@@ -100,9 +110,11 @@ Place Placing::place_of(const Event& event, const Shown& shown) {
     std::optional<int> least; // a list may hold other widgets; dialogs lie over views
     for (const auto& [id, box] : *shown.widgets) {
         const int area = box.size_px.x * box.size_px.y;
-        if (has_room(box) && box.holds(event.at_px) && (!least || area < *least)) {
+        const WidgetPlace here{id, share_of(box, event.at_px)};
+        if (has_room(box) && box.holds(event.at_px) && (!least || area < *least) &&
+            !is_scrolled_away(here, event.at_px, shown)) {
             least = area;
-            last_ = WidgetPlace{id, share_of(box, event.at_px)};
+            last_ = here;
         }
     }
     if (least)

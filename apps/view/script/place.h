@@ -44,12 +44,16 @@ struct Shown {
     const ViewState* state;
     const std::map<std::string, Box>* widgets;
     const Grid* grid;
+    const std::map<std::string, Box>* seen = nullptr; // parts of widgets; null: all are seen
 };
 
 // The pixel of the window at a place; none where the widget or view is not shown, or a 3D view has
 // the point behind its eye. A pixel that is written as a place and read again is the same bits if
 // it is a multiple of 1/256, as those of window systems are.
 std::optional<glm::dvec2> pixel_of(const Place& place, const Shown& shown);
+
+// Whether a widget's place is scrolled out of its panel, so that a press there is for another one.
+bool is_scrolled_away(const Place& place, glm::dvec2 px, const Shown& shown);
 
 // The name of a place in messages: "widget 'tool/draw'".
 std::string name_of(const Place& place);

@@ -9,7 +9,7 @@ namespace palpate::view {
 
 namespace {
 
-constexpr double kOneDrag_px = 5.0; // a drag longer than this draws a ruler or sphere whole
+constexpr double kOneDrag_px = 5.0; // a drag longer than this puts two points
 
 std::optional<MeasureHandle> handle_under(const ViewState& state, const Grid& grid, Panel panel) {
     std::optional<MeasureHandle> nearest;
@@ -164,9 +164,8 @@ void release_measure(const ToolEvent& at) {
     if (std::exchange(measuring.held, std::nullopt) || !is_slice(at.panel) ||
         !box_of(state, at.panel))
         return;
-    const bool in_one_drag = measuring.begun.size() == 1 && points_needed(measuring.kind) == 2 &&
-                             glm::distance(state.pointer_px, state.pressed_px) > kOneDrag_px;
-    if (in_one_drag)
+    if (measuring.begun.size() == 1 &&
+        glm::distance(state.pointer_px, state.pressed_px) > kOneDrag_px)
         add_point(state, at.point_mm());
 }
 
@@ -222,7 +221,8 @@ std::string how_to_measure(const ViewState& state) {
 } // namespace
 
 const char* placing_of(MeasureKind kind) {
-    constexpr const char* hints[] = {"click or drag both ends", "click end, vertex, end",
+    constexpr const char* hints[] = {"click or drag both ends",
+                                     "click end, vertex, end, or drag the first arm",
                                      "click corners in a slice; Enter or a double click ends",
                                      "drag from the centre to the rim"};
     return hints[static_cast<size_t>(kind)];

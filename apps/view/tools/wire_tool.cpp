@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
 namespace palpate::view {
 
 namespace {
 
 constexpr double kFirst_px = 8.0; // how near to the first sample a click closes the contour
+constexpr double kTrace_px = 5.0; // a drag longer than this traces
 
 // The sample under the pointer, in the slice that a panel shows.
 std::optional<glm::uvec3> sample_under(const ViewState& state, const Grid& grid, Panel panel) {
@@ -75,7 +77,7 @@ void press_in_wire_slice(const ToolEvent& at) {
         if (!axis)
             at.tell("live-wire needs a slice along the samples: R turns planes back");
         else if (sample && !at.twice)
-            wiring = {*axis, {*sample}, {}, {}};
+            wiring = {*axis, {*sample}, {}, {}, /*begun_by_press=*/true};
         return;
     }
     if (!shows_wire(state, grid, at.panel))
@@ -94,8 +96,35 @@ void press_in_wire_slice(const ToolEvent& at) {
 std::optional<Drag::Kind> press_wire(const ToolEvent& at) {
     if (!is_slice(at.panel))
         return std::nullopt;
+    Wiring& wiring = at.state().own.of<Wiring>();
+    wiring.begun_by_press = wiring.traced = false;
     press_in_wire_slice(at);
-    return Drag::Kind::nothing;
+    return Drag::Kind::tool;
+}
+
+// Samples under the pointer, one after the other; between them the contour is straight.
+void trace_wire(const ToolEvent& at) {
+    ViewState& state = at.state();
+    Wiring& wiring = state.own.of<Wiring>();
+    if (wiring.frozen.empty() || !box_of(state, at.panel) ||
+        !shows_wire(state, at.subject.grid, at.panel))
+        return;
+    wiring.traced = wiring.traced || glm::distance(state.pointer_px, state.pressed_px) > kTrace_px;
+    const auto sample = sample_under(state, at.subject.grid, at.panel);
+    if (wiring.traced && sample && *sample != wiring.frozen.back()) {
+        wiring.frozen.push_back(*sample);
+        wiring.live.clear();
+    }
+}
+
+void end_trace(const ToolEvent& at) {
+    Wiring& wiring = at.state().own.of<Wiring>();
+    if (!std::exchange(wiring.traced, false) || !wiring.begun_by_press ||
+        wiring.frozen.size() < kFewest)
+        return;
+    wiring.closed = std::exchange(wiring.frozen, {});
+    wiring.live.clear();
+    at.order(order::FillWire{});
 }
 
 // The path to the pointer.
@@ -132,10 +161,14 @@ constinit const Tool kWireTool{
     .name = "wire",
     .title = "live-wire",
     .key = "u",
-    .help = "a contour along edges; click: freeze; Enter, double click: fill",
+    .help =
+        "a contour along edges; click: freeze; Enter, double click: fill; a drag traces and fills",
     .icon = Icon::polyline,
     .group = ToolGroup::paint,
     .press = press_wire,
+    .drag = trace_wire,
+    .release = end_trace,
+    .abort = [](const ToolEvent& at) { cancel_wire(at.state()); },
     .hover = follow_wire,
     .cancel = cancel_wire,
     .use_key = use_wire_key,

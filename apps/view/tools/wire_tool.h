@@ -11,8 +11,9 @@ struct Wiring {
     int axis = 0; // of the grid, across which the slice lies
     // Samples of the contour, each a neighbour of the one before: those that clicks have frozen,
     // from the first click on, and from the last of them to the pointer, both included.
-    std::vector<glm::uvec3> frozen{}, live{}; // frozen is empty: none is begun
-    std::vector<glm::uvec3> closed{};         // the last one that was closed
+    std::vector<glm::uvec3> frozen{}, live{};    // frozen is empty: none is begun
+    std::vector<glm::uvec3> closed{};            // the last one that was closed
+    bool begun_by_press = false, traced = false; // by the press that is down; and dragged since
 
     friend bool operator==(const Wiring&, const Wiring&) = default;
 };
@@ -20,7 +21,8 @@ struct Wiring {
 // The live-wire tool. In a slice along the samples a click begins a contour; from there the path of
 // least cost (Subject::path) follows the pointer, and each click freezes it. Enter, a double click
 // or a click on the first sample closes the contour by one more path, and order::FillWire
-// asks for its inside. A contour stays in the slice in which it was begun.
+// asks for its inside. A contour stays in the slice in which it was begun. A drag traces by hand:
+// one that began the contour closes it where it is let go.
 
 extern const Tool kWireTool;
 

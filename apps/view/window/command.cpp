@@ -3,6 +3,7 @@
 #include "apps/palpate/command.h"
 #include "apps/view/document/label_import.h"
 #include "apps/view/panels/file_browser.h"
+#include "apps/view/window/layers.h"
 #include "apps/view/window/loop.h"
 #include "apps/view/window/panel.h"
 #include "engine/base/log.h"
@@ -21,6 +22,7 @@ namespace {
 
 struct ViewOptions {
     SceneOptions scene;
+    std::vector<std::string> layers; // files over the volume of the scene
     ReadFlags read;
     DeviceMemoryOptions memory;
     std::string device, display, latency, record, replay, shot, state;
@@ -42,6 +44,8 @@ std::vector<NamedFile> files_of(const ViewOptions& o) {
     std::vector<NamedFile> files{
         {"--tf", o.scene.transfer}, {"--display", o.display}, {"--replay", o.replay}};
     append_volume(files, "SCENE", o.scene.input);
+    for (const std::string& layer : o.layers)
+        append_volume(files, "LAYER", layer);
     append_volume(files, "--labels", o.scene.labels);
     append_volume(files, "--fused", o.scene.fused);
     append_volume(files, "--overlay", o.scene.overlay);
@@ -220,6 +224,8 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     };
     // A camera that fits the volume fits it into its view.
     SceneOptions scene = options.scene;
+    PALPATE_TRY(
+        view::take_layers(options.layers, read_options(options.read, interrupt.token()), scene));
     if (scene.input.empty()) {
         scene.input = "synthetic:phantom?size=96";
         loop.viewer.asks_for_file = true;
@@ -258,6 +264,10 @@ Command add_view(CLI::App& app) {
     add_scene_options(app, o->scene);
     CLI::Option* scene = app.get_option("SCENE")->required(false);
     scene->description(scene->get_description() + " (default: a phantom, and a list of files)");
+    app.add_option("LAYER", o->layers,
+                   "Files over the volume, each by what it holds: labels, or another volume half "
+                   "transparent over the slices (default: none)")
+        ->type_name("FILE");
     app.get_option("--size")->description(
         "Width and height of the window in pixels (default: 1280,800)");
     add_read_limits(app, o->read);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "apps/view/document/label_changes.h"
+#include "apps/view/tools/clip_tool.h"
 #include "apps/view/tools/hand_pointer.h"
 #include "apps/view/tools/tool.h"
 #include "engine/session/default_scene.h"
@@ -99,6 +101,44 @@ void start_or_stop_hand(const KeyPress& press) {
     press.order(press.state.stylus.on ? Order(order::StopHand{}) : order::StartHand{});
 }
 
+void take_picture(const KeyPress& press) {
+    if (!press.shift())
+        return press.order(order::TakePicture{});
+    if (press.state.under)
+        press.state.figure.panel = *press.state.under;
+    press.state.figure.pictures = 1;
+    press.order(order::PrintFigure{"figure.png"});
+}
+
+// Of the label under the pointer in a slice, else of the one that is drawn.
+void lock_label(const KeyPress& press) {
+    ViewState& state = press.state;
+    uint16_t label = 0;
+    if (state.under && is_slice(*state.under) && press.subject.label_at)
+        label = press.subject.label_at(
+            point_under(state, press.subject.grid, *state.under, state.pointer_px));
+    label = label == 0 ? state.label : label;
+    auto& locked = state.notes.locked_labels;
+    const auto place = std::lower_bound(locked.begin(), locked.end(), label);
+    const bool was = place != locked.end() && *place == label;
+    if (was)
+        locked.erase(place);
+    else
+        locked.insert(place, label);
+    press.order(order::Tell{fmt::format("label {} is {}", label, was ? "open again" : "locked")});
+}
+
+void change_label(const KeyPress& press, std::string_view id) {
+    for (const LabelChange& change : label_changes())
+        if (change.id == id)
+            press.order(order::ChangeLabel{&change});
+}
+
+void export_labels(const KeyPress& press) {
+    press.order(order::ExportLabels{press.shift() ? fmt::format("label-{}.stl", press.state.label)
+                                                  : "labels.nii.gz"});
+}
+
 void undo_or_redo(const KeyPress& press) {
     press.order(press.is("y") || press.shift() ? Order(order::Redo{}) : order::Undo{});
 }
@@ -124,21 +164,36 @@ const KeyLine kKeys[] = {
      "undo, redo",
      {{"z", undo_or_redo, true, "undo", "redo"}, {"y", undo_or_redo, true}}},
     {"Ctrl+O, Ctrl+S",
-     "open a file, a folder or a project; save to a project folder",
+     "open a file, a folder or a project (Shift: the last one); save to a project folder",
      {{"o",
        [](const KeyPress& p) {
+           if (p.shift())
+               return p.order(order::OpenLast{});
            p.state.browser_open = true;
            p.state.browsing = Browsing::documents;
        },
-       true, "open a file, a folder or a project"},
+       true, "open a file, a folder or a project", "open what was open last"},
       {"s", [](const KeyPress& p) { p.order(order::Save{}); }, true, "save to a project folder"}}},
     {"Ctrl+K",
      "find a tool, a command or a setting by its name",
      {{"k", [](const KeyPress& p) { p.state.search_open = true; }, true}}},
     {"Ctrl+P",
-     "picture of the window, PNG, in the current folder",
-     {{"p", [](const KeyPress& p) { p.order(order::TakePicture{}); }, true,
-       "picture of the window"}}},
+     "picture of the window (Shift: figure of the view under the pointer), PNG, in the current "
+     "folder",
+     {{"p", take_picture, true, "picture of the window", "figure of the view under the pointer"}}},
+    {"Ctrl+L",
+     "locks the label under the pointer, or opens it again",
+     {{"l", lock_label, true, "lock or open the label under the pointer"}}},
+    {"Ctrl+B",
+     "3D: cuts it open by a plane through the crosshair",
+     {{"b", [](const KeyPress& p) { add_clip_plane(p.state); }, true, "add a clip plane"}}},
+    {"Ctrl+I, Ctrl+U",
+     "label: fills it between slices, smooths it",
+     {{"i", [](const KeyPress& p) { change_label(p, "between"); }, true},
+      {"u", [](const KeyPress& p) { change_label(p, "smooth"); }, true}}},
+    {"Ctrl+E",
+     "exports all labels (Shift: the surface of the one that is drawn, STL) to the current folder",
+     {{"e", export_labels, true, "export all labels", "export the surface of the label"}}},
     {"Esc", "cancel the stroke; close an open list"},
     {"1 .. 9", "windows", {{"1 2 3 4 5 6 7 8 9", choose_window}}},
     {"S, A, D",

@@ -7,7 +7,8 @@ namespace palpate::view {
 namespace {
 
 Shown shown_by(const Viewer& viewer) {
-    return {&viewer.state(), &viewer.interface().widgets(), &viewer.grid()};
+    const Interface& interface = viewer.interface();
+    return {&viewer.state(), &interface.widgets(), &viewer.grid(), &interface.seen_widgets()};
 }
 
 } // namespace
@@ -50,15 +51,18 @@ Result<std::vector<Event>> ScriptCursor::take(uint64_t frame, const Viewer& view
         if (event.kind == Event::Kind::move) {
             absent_.clear();
             if (!std::holds_alternative<std::monostate>(place)) {
-                const std::optional<glm::dvec2> px = pixel_of(place, shown_by(viewer));
+                const Shown shown = shown_by(viewer);
+                const std::optional<glm::dvec2> px = pixel_of(place, shown);
                 if (!px)
-                    absent_ = name_of(place);
+                    absent_ = name_of(place) + " to be shown";
+                else if (is_scrolled_away(place, *px, shown))
+                    absent_ = name_of(place) + ", which is scrolled out of view, to be seen";
                 event.at_px = px.value_or(viewer.state().pointer_px);
             }
         } else if (!absent_.empty() && ((event.kind == Event::Kind::button && event.down) ||
                                         event.kind == Event::Kind::wheel)) {
-            return fail("{}: frame {}: expected {} to be shown where a button is pressed",
-                        script_->name, next().frame, absent_);
+            return fail("{}: frame {}: expected {} where a button is pressed", script_->name,
+                        next().frame, absent_);
         }
         events.push_back(std::move(event));
     }

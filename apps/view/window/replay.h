@@ -46,7 +46,7 @@ class ScriptCursor {
  private:
     const Script* script_;
     size_t next_ = 0;
-    std::string absent_; // the place of the last move, where it is not shown
+    std::string absent_; // the place of the last move, and how it is not there
 };
 
 // Frames after which nothing changes without events.

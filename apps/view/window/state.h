@@ -150,7 +150,8 @@ struct ViewState {
     const Tool* tool = &kCrosshairTool; // of the left button
     ToolStates own;                     // of tools
     double radius_mm = 3.0;
-    uint16_t label = 1; // that is drawn
+    bool brush_is_disc = false; // of one layer of a slice, of brush and eraser; else it is a ball
+    uint16_t label = 1;         // that is drawn
     // Values of the samples that tools on labels change; none: all.
     std::optional<GreyWindow> only_values;
     double change_label_mm = 1.0; // by how far a label is smoothed, grown or shrunk

@@ -158,6 +158,7 @@ bool Viewer::has_all() {
 void Viewer::obey(const Order& order, bool& wants_picture) {
     const Overloaded each{
         [&](const order::Open& file) { ask_to_leave({.path = file.path, .series = file.series}); },
+        [&](order::OpenLast) { open_last(); },
         [&](const order::OpenLabels& file) { open_beside(file.path, true); },
         [&](const order::OpenFused& file) { open_beside(file.path, false); },
         [&](order::CancelOpening) { stop_opening_.request_stop(); },

@@ -97,6 +97,7 @@ class Viewer {
 
  private:
     void open(const std::string& path, const std::string& series);
+    void open_last();
     void open_beside(const std::string& path, bool labels);
     template <class Read>
     auto start_opening(const std::string& path, Read read); // its future

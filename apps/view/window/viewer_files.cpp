@@ -10,6 +10,7 @@
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/image/png.h"
+#include "engine/program/figure_options.h"
 #include "engine/program/turntable.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
@@ -59,6 +60,16 @@ void Viewer::open(const std::string& path, const std::string& series) {
         });
     if (!options_.threaded)
         take_opened(opening_.get());
+}
+
+void Viewer::open_last() {
+    const auto recent = options_.recent ? options_.recent("") : std::vector<std::string>();
+    const auto last = std::find_if(recent.begin(), recent.end(),
+                                   [&](const std::string& path) { return path != work_->path(); });
+    if (last == recent.end())
+        return work_->tell("nothing else was opened before");
+    state_.browser_open = false;
+    ask_to_leave({.path = *last});
 }
 
 void Viewer::open_beside(const std::string& path, bool labels) {
@@ -303,6 +314,8 @@ void Viewer::print_figure(const std::string& file) {
                  .color_bar = figure.color_bar,
                  .unit = work_->unit(),
                  .transparent = transparent};
+    if (const auto labels = work_->labels(); figure.legend && labels && scene.labels)
+        marks.legend = legend_of(scene, *labels, state_.notes.label_names);
     if (figure.note)
         marks.note = note_of(scene, grid, file_name(), work_->unit());
     figure_ = std::make_unique<FigureRun>();

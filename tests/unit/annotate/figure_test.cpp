@@ -284,5 +284,39 @@ TEST(Figure, LooksAsItDid) {
     }
 }
 
+// Patches of colour that are seen in a picture with a legend of so many entries.
+size_t patches(size_t entries, glm::uvec2 size) {
+    Figure figure;
+    std::vector<glm::dvec3> colors;
+    for (size_t i = 0; i < entries; ++i) {
+        colors.emplace_back(0.2 + 0.7 * double(i % 13) / 13.0, 0.1 + 0.05 * double(i / 13), 0.5);
+        figure.legend.push_back({fmt::format("region {}", i), colors.back()});
+    }
+    const Image image =
+        marked(camera_with({1, 0, 0}, {0, 0, 1}, Projection::orthographic), figure, size);
+    size_t seen = 0;
+    for (const glm::dvec3 color : colors) {
+        bool found = false;
+        for (uint32_t y = 0; y < size.y && !found; ++y)
+            for (uint32_t x = 0; x < size.x && !found; ++x)
+                found = glm::distance(
+                            glm::dvec3(image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)),
+                            color) < 1e-3;
+        seen += found;
+    }
+    return seen;
+}
+
+// 1/26 of the height makes 10 rows of a column; more entries go into further columns, and then into
+// smaller letters.
+TEST(Figure, ALegendListsAllEntriesInColumnsBeforeItCountsTheRest) {
+    constexpr glm::uvec2 size(1600, 1200);
+    for (const size_t entries : {1u, 10u, 11u, 40u, 60u})
+        EXPECT_EQ(patches(entries, size), entries);
+    const size_t most = patches(200, size);
+    EXPECT_GT(most, 60u);
+    EXPECT_LT(most, 200u); // "and .. more"
+}
+
 } // namespace
 } // namespace palpate
