@@ -62,38 +62,37 @@ struct LegendRows {
     size_t whole = 0;               // so many are names; one more counts the others
     size_t rows = 0;                // of a column
     double line = 0.0;              // height of a row
-    double width = 0.0;             // of the longest text
-    double column = 0.0;            // from one column to the next
-    double all = 0.0;               // of all columns, with their patches of colour
+    std::vector<double> lefts;      // where columns begin, behind the first
+    double all = 0.0;               // width of all columns, with their patches of colour
 };
 LegendRows legend_of_line(const std::vector<LegendEntry>& entries, double line, double edge,
                           glm::dvec2 size) {
     const double patch = 1.12 * line, gap = line;
     const double room_px = 0.45 * size.x - edge; // not to the letter below
-    LegendRows out;
-    out.line = line;
-    out.rows = static_cast<size_t>(std::max(0.0, (0.42 * size.y - edge) / line));
-    if (entries.empty() || out.rows < 2)
+    const auto rows = static_cast<size_t>(std::max(0.0, (0.42 * size.y - edge) / line));
+    LegendRows out{.line = line};
+    if (entries.empty() || rows < 2)
         return out;
-    double longest = 0.0;
-    for (const LegendEntry& entry : entries)
-        longest = std::max(longest, width_px(entry.name, line));
-    out.width = std::min(longest, room_px - patch);
-    out.column = patch + out.width + gap;
-    const auto columns =
-        std::max<size_t>(1, static_cast<size_t>(std::max(0.0, (room_px + gap) / out.column)));
-    const size_t places = columns * out.rows;
-    out.whole = entries.size() <= places ? entries.size() : places - 1;
-    for (size_t i = 0; i < out.whole; ++i)
-        out.texts.push_back(shortened(entries[i].name, line, room_px - patch));
-    if (out.whole < entries.size())
-        out.texts.push_back(fmt::format("and {} more", entries.size() - out.whole));
-    const size_t used = (out.texts.size() + out.rows - 1) / out.rows;
-    out.rows = std::min(out.rows, out.texts.size());
-    out.width = 0.0;
-    for (const std::string& text : out.texts)
-        out.width = std::max(out.width, width_px(text, line));
-    out.all = static_cast<double>(used - 1) * out.column + patch + out.width;
+    out.rows = std::min(rows, entries.size());
+    while (out.whole < entries.size()) { // one more column, as wide as its longest name
+        const double left = out.lefts.empty() ? 0.0 : out.all + gap;
+        double width = 0.0;
+        const size_t end = std::min(entries.size(), out.whole + rows);
+        for (size_t i = out.whole; i < end; ++i)
+            width = std::max(width, width_px(entries[i].name, line));
+        width = std::min(width, room_px - patch);
+        if (!out.lefts.empty() && left + patch + width > room_px)
+            break;
+        out.lefts.push_back(left);
+        out.all = left + patch + width;
+        for (; out.whole < end; ++out.whole)
+            out.texts.push_back(shortened(entries[out.whole].name, line, room_px - patch));
+    }
+    if (out.whole < entries.size()) {
+        --out.whole;
+        out.texts.back() = fmt::format("and {} more", entries.size() - out.whole);
+        out.all = std::max(out.all, out.lefts.back() + patch + width_px(out.texts.back(), line));
+    }
     return out;
 }
 LegendRows legend_rows(const std::vector<LegendEntry>& entries, double line, double edge,
@@ -210,7 +209,7 @@ struct Marks {
         const double top = foot - static_cast<double>(rows.rows) * rows.line;
         const Pen pen = pen_on({{edge, top}, {edge + rows.all, foot}}, rows.line);
         for (size_t i = 0; i < rows.texts.size(); ++i) {
-            const double left = std::round(edge + static_cast<double>(i / rows.rows) * rows.column);
+            const double left = std::round(edge + rows.lefts[i / rows.rows]);
             const double middle =
                 std::round(top + (static_cast<double>(i % rows.rows) + 0.5) * rows.line);
             if (i < rows.whole) {
