@@ -127,6 +127,7 @@ void Translator::edge(uint32_t from, uint32_t to) {
                 next_.diverging.insert(header.block);
     assign(module_.blocks.at(to), from, *waiting, diverges);
     waiting->is_reached = true;
+    waiting->is_diverged |= diverges; // the other lanes come later, or not at all
     if (waiting->mask.starts_with("go"))
         line(waiting->mask + " = true;");
     else if (!waiting->mask.empty())
@@ -311,14 +312,14 @@ void Translator::switched(const Block& here) {
         for (auto at = cases.rbegin(); at != cases.rend(); ++at) {
             declare_phis(*at);
             targets_.push_back({.block = *at, .mask = names[*at], .depth = branches_.size() - 1});
-            for (const Instruction& phi : module_.blocks.at(*at).phis)
-                if (!phi.in.empty())
-                    fail("a case of OpSwitch with OpPhi is not translated");
+            masked(names[*at], [&] {
+                assign(module_.blocks.at(*at), here.id, targets_.back(), !selector.uniform);
+            });
+            targets_.back().is_reached = true;
         }
         while (targets_.size() > outer) {
-            Target next = targets_.back();
+            const Target next = targets_.back();
             targets_.pop_back();
-            next.is_reached = true;
             arrive(next, whole);
         }
         branches_.pop_back();

@@ -9,14 +9,14 @@ namespace translator {
 #define PALPATE_OPCODES(X)                                                                                                                      \
     X(Undef, 1)                                                                                                                                 \
     X(Name, 5)                                                                                                                                  \
-    X(MemberName, 6) X(ExtInst, 12) X(EntryPoint, 15) X(ExecutionMode, 16) X(TypeVoid, 19) X(                                                   \
-        TypeBool, 20) X(TypeInt, 21) X(TypeFloat, 22) X(TypeVector, 23) X(TypeMatrix, 24)                                                       \
-        X(TypeImage, 25) X(TypeSampler, 26) X(TypeSampledImage, 27) X(TypeArray, 28) X(                                                         \
-            TypeRuntimeArray, 29) X(TypeStruct, 30) X(TypePointer, 32) X(TypeFunction,                                                          \
-                                                                         33) X(ConstantTrue, 41)                                                \
-            X(ConstantFalse, 42) X(Constant, 43) X(ConstantComposite, 44) X(ConstantNull, 46) X(SpecConstantTrue, 48) X(                        \
-                SpecConstantFalse, 49) X(SpecConstant,                                                                                          \
-                                         50) X(SpecConstantComposite, 51)                                                                       \
+    X(MemberName, 6)                                                                                                                            \
+    X(ExtInst, 12) X(EntryPoint, 15) X(ExecutionMode, 16) X(TypeVoid, 19) X(TypeBool, 20) X(                                                    \
+        TypeInt, 21) X(TypeFloat, 22) X(TypeVector, 23) X(TypeMatrix, 24) X(TypeImage, 25)                                                      \
+        X(TypeSampler, 26) X(TypeSampledImage, 27) X(TypeArray, 28) X(TypeRuntimeArray, 29) X(                                                  \
+            TypeStruct, 30) X(TypePointer, 32) X(TypeFunction, 33) X(ConstantTrue, 41)                                                          \
+            X(ConstantFalse, 42) X(Constant, 43) X(ConstantComposite, 44) X(ConstantNull, 46) X(                                                \
+                SpecConstantTrue, 48) X(SpecConstantFalse, 49) X(SpecConstant,                                                                  \
+                                                                 50) X(SpecConstantComposite, 51)                                               \
                 X(SpecConstantOp, 52) X(Function, 54) X(FunctionEnd, 56) X(Variable, 59) X(ImageTexelPointer, 60) X(                            \
                     Load,                                                                                                                       \
                     61) X(Store, 62) X(AccessChain, 65)                                                                                         \

@@ -58,9 +58,10 @@ class Translator {
 
  private:
     struct Facts {
-        std::set<std::string> varying;              // phis that differ between lanes
-        std::map<std::string, std::string> hoisted; // by the scope that declares them
-        std::set<std::string> leaving;              // read outside a loop that lanes leave apart
+        std::set<std::string> varying; // phis that differ between lanes
+        std::map<std::string, std::pair<int, std::string>>
+            hoisted;                   // to the scope of a depth and key
+        std::set<std::string> leaving; // read outside a loop that lanes leave apart
         std::set<std::string> used;
         std::set<uint32_t> diverging; // loops, by header
         bool operator==(const Facts&) const = default;

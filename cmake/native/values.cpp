@@ -220,11 +220,10 @@ std::string Translator::text(const Part& part) {
         outer = scopes_[static_cast<size_t>(outer)].parent;
     if (outer != variable.scope) {
         const Scope& scope = scopes_[static_cast<size_t>(outer)];
-        const auto [known, is_new] = next_.hoisted.emplace(variable.name, scope.key);
-        if (!is_new) // the outermost that was asked for
-            for (const Scope& other : scopes_)
-                if (other.key == known->second && other.depth > scope.depth)
-                    known->second = scope.key;
+        const std::pair to(scope.depth, scope.key);
+        const auto [known, is_new] = next_.hoisted.emplace(variable.name, to);
+        if (!is_new && scope.depth < known->second.first)
+            known->second = to;
     }
     return part.text;
 }
@@ -260,7 +259,7 @@ Part Translator::define(const std::string& name, char kind, bool uniform, const 
 void Translator::declare(const Part& part) {
     if (const auto found = facts_.hoisted.find(part.text); found != facts_.hoisted.end())
         for (Scope& scope : scopes_)
-            if (scope.key == found->second)
+            if (scope.key == found->second.second)
                 scope.text.insert(
                     0, fmt::format("{} {}{{}};\n", cpp_type(part.kind, part.uniform), part.text));
 }

@@ -17,7 +17,6 @@ VkPhysicalDeviceVulkan11Features features_11() {
 
 VkPhysicalDeviceVulkan12Features features_12() {
     return {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-            .shaderBufferInt64Atomics = VK_TRUE,
             .scalarBlockLayout = VK_TRUE,
             .timelineSemaphore = VK_TRUE};
 }
@@ -66,11 +65,6 @@ void for_known(Structure& structure, const Visit& visit) {
             const VkPhysicalDeviceMaintenance4Features known{.maintenance4 = VK_TRUE};
             return all(known, known.maintenance4);
         }
-        case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_ATOMIC_INT64_FEATURES: {
-            const VkPhysicalDeviceShaderAtomicInt64Features known{.shaderBufferInt64Atomics =
-                                                                      VK_TRUE};
-            return all(known, known.shaderSharedInt64Atomics);
-        }
         default:
             return;
     }
@@ -91,12 +85,12 @@ std::optional<size_t> first_missing(const void* wanted, const void* has, size_t 
 
 } // namespace
 
+// Without numbers of 64 bits: kernels have none.
 VkPhysicalDeviceFeatures core_features() {
     return {.robustBufferAccess = VK_TRUE,
             .shaderStorageImageExtendedFormats = VK_TRUE,
             .shaderStorageImageReadWithoutFormat = VK_TRUE,
-            .shaderStorageImageWriteWithoutFormat = VK_TRUE,
-            .shaderInt64 = VK_TRUE};
+            .shaderStorageImageWriteWithoutFormat = VK_TRUE};
 }
 
 void fill_features(VkBaseOutStructure& structure) {
