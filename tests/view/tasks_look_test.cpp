@@ -6,9 +6,11 @@
 namespace palpate::view {
 namespace {
 
+class LookTask : public Task {};
+
 constexpr double kHeadSpacing_mm = 5.0; // of a head of 41 samples over 200 mm
 
-TEST_F(Task, T06_TheWindowIsThatOfBone) {
+TEST_F(LookTask, T06_TheWindowIsThatOfBone) {
     begin(head());
     const GreyWindow first = state().window;
     play("06_window_by_preset");
@@ -20,7 +22,7 @@ TEST_F(Task, T06_TheWindowIsThatOfBone) {
     EXPECT_NE(state().window, first);
 }
 
-TEST_F(Task, T07_TheWindowIsNarrowerAndHigher) {
+TEST_F(LookTask, T07_TheWindowIsNarrowerAndHigher) {
     begin(head());
     const GreyWindow first = state().window;
     play("07_window_by_drag");
@@ -28,7 +30,7 @@ TEST_F(Task, T07_TheWindowIsNarrowerAndHigher) {
     EXPECT_GT(state().window.high + state().window.low, first.high + first.low);
 }
 
-TEST_F(Task, T08_TheWindowHasTheEndsThatWereTyped) {
+TEST_F(LookTask, T08_TheWindowHasTheEndsThatWereTyped) {
     begin(open_synthetic("synthetic:gyroid?size=24"));
     ASSERT_NE(state().window, (GreyWindow{-160.0, 240.0}));
     play("08_window_by_typed_ends");
@@ -38,7 +40,7 @@ TEST_F(Task, T08_TheWindowHasTheEndsThatWereTyped) {
 // Places of a script are not rounded to pixels; what is left is the rounding of transforms.
 constexpr double kPlace_mm = 1e-6;
 
-TEST_F(Task, T09_TheRulerHasTheLengthBetweenItsPoints) {
+TEST_F(LookTask, T09_TheRulerHasTheLengthBetweenItsPoints) {
     begin(head());
     play("09_ruler");
     const nlohmann::json measures = dump()["measures"];
@@ -47,7 +49,7 @@ TEST_F(Task, T09_TheRulerHasTheLengthBetweenItsPoints) {
     EXPECT_TRUE(state().measuring.selected); // its value is shown
 }
 
-TEST_F(Task, T10_TheAngleIsThatOfThreePoints) {
+TEST_F(LookTask, T10_TheAngleIsThatOfThreePoints) {
     begin(head());
     play("10_angle");
     const nlohmann::json measures = dump()["measures"];
@@ -56,7 +58,7 @@ TEST_F(Task, T10_TheAngleIsThatOfThreePoints) {
 }
 
 // By the shoelace formula over the samples that the session names.
-TEST_F(Task, T11_ThePolygonHasTheAreaOfItsCorners) {
+TEST_F(LookTask, T11_ThePolygonHasTheAreaOfItsCorners) {
     begin(head());
     play("11_polygon");
     const nlohmann::json measures = dump()["measures"];
@@ -73,7 +75,7 @@ TEST_F(Task, T11_ThePolygonHasTheAreaOfItsCorners) {
     EXPECT_NEAR(measures[0]["area_mm2"], area_mm2, perimeter * kHeadSpacing_mm * kPlace_mm);
 }
 
-TEST_F(Task, T12_TheBallHasMeanAndDeviationOfItsValues) {
+TEST_F(LookTask, T12_TheBallHasMeanAndDeviationOfItsValues) {
     begin(head());
     play("12_sphere");
     const nlohmann::json measures = dump()["measures"];
@@ -100,7 +102,7 @@ TEST_F(Task, T12_TheBallHasMeanAndDeviationOfItsValues) {
     EXPECT_NEAR(measures[0]["values"]["sd"], sd, sd / n);
 }
 
-TEST_F(Task, T14_AllSlicesGoToThePointAndItsValueIsShown) {
+TEST_F(LookTask, T14_AllSlicesGoToThePointAndItsValueIsShown) {
     begin(head());
     play("14_crosshair_to_a_value");
     const nlohmann::json now = dump();
@@ -110,7 +112,7 @@ TEST_F(Task, T14_AllSlicesGoToThePointAndItsValueIsShown) {
 
 // Of a ball of 35 mm, whose surface is 1.5 mm wide, the pointer meets the surface: a ray finds it
 // to a step of half a sample of 50 / 23 mm, and slices go to the nearest sample.
-TEST_F(Task, T15_SlicesGoToThePointOnTheSurfaceIn3D) {
+TEST_F(LookTask, T15_SlicesGoToThePointOnTheSurfaceIn3D) {
     begin(open_synthetic("synthetic:ball?size=47"));
     play("15_crosshair_from_3d");
     const double sample_mm = 100.0 / 46.0;
@@ -119,7 +121,7 @@ TEST_F(Task, T15_SlicesGoToThePointOnTheSurfaceIn3D) {
     EXPECT_GT(glm::dot(glm::normalize(state().crosshair_mm), to_eye), 0.95);
 }
 
-TEST_F(Task, T16_TheSliceIsTenFurther) {
+TEST_F(LookTask, T16_TheSliceIsTenFurther) {
     begin(head());
     const nlohmann::json first = dump()["crosshair_sample"];
     play("16_ten_slices_further");
@@ -129,7 +131,7 @@ TEST_F(Task, T16_TheSliceIsTenFurther) {
     EXPECT_EQ(now[2].get<int>(), first[2].get<int>() + 10);
 }
 
-TEST_F(Task, T17_OneViewFilledTheWindowAndFourAreBack) {
+TEST_F(LookTask, T17_OneViewFilledTheWindowAndFourAreBack) {
     begin(head());
     play("17_one_view_large_and_back");
     EXPECT_EQ(were_alone_, std::set<Panel>{Panel::axial});
@@ -137,7 +139,7 @@ TEST_F(Task, T17_OneViewFilledTheWindowAndFourAreBack) {
     EXPECT_EQ(state().layout, Layout::four);
 }
 
-TEST_F(Task, T18_APartIsTwiceAsLargeInTheMiddle) {
+TEST_F(LookTask, T18_APartIsTwiceAsLargeInTheMiddle) {
     begin(head());
     const double first = state().slices[0].zoom;
     play("18_zoom_and_pan");
@@ -148,7 +150,7 @@ TEST_F(Task, T18_APartIsTwiceAsLargeInTheMiddle) {
 }
 
 // The plane of the sagittal slice is turned about the crosshair, so that it holds both points.
-TEST_F(Task, T19_ASliceHoldsTwoPoints) {
+TEST_F(LookTask, T19_ASliceHoldsTwoPoints) {
     begin(head());
     play("19_plane_through_two_points");
     const SliceView& slice = state().slices[static_cast<size_t>(Panel::sagittal)];
@@ -163,14 +165,14 @@ TEST_F(Task, T19_ASliceHoldsTwoPoints) {
     EXPECT_LT(away_mm({28, 14, 20}), 50.0 / 150.0);
 }
 
-TEST_F(Task, T20_SlicesShowTheMaximumOver20mm) {
+TEST_F(LookTask, T20_SlicesShowTheMaximumOver20mm) {
     begin(head());
     play("20_slab_maximum");
     EXPECT_EQ(state().slab_mm, 20.0);
     EXPECT_EQ(state().slab_mode, SlabMode::maximum);
 }
 
-TEST_F(Task, T21_ViewsAreAsOnOpening) {
+TEST_F(LookTask, T21_ViewsAreAsOnOpening) {
     begin(head());
     const ViewState first = state();
     play("18_zoom_and_pan");

@@ -7,6 +7,8 @@
 namespace palpate::view {
 namespace {
 
+class OpenTask : public Task {};
+
 constexpr glm::uvec3 kSize(30, 26, 22);
 
 Volume a_volume() {
@@ -39,7 +41,7 @@ std::string image(int series, int number) {
     return data.file(test::kCtClass, fmt::format("1.2.3.{}.{}", series, number));
 }
 
-TEST_F(Task, T01_AVolumeIsOpened) {
+TEST_F(OpenTask, T01_AVolumeIsOpened) {
     ASSERT_TRUE(save_volume(folder() / "head.nii.gz", a_volume()));
     begin(open_synthetic("synthetic:phantom?size=24"), /*asks=*/true);
     play("01_open_a_volume");
@@ -50,7 +52,7 @@ TEST_F(Task, T01_AVolumeIsOpened) {
 }
 
 // Series 1 has the most images and is read at first; the list goes by their number.
-TEST_F(Task, T02_ASeriesOfANestedFolderIsOpened) {
+TEST_F(OpenTask, T02_ASeriesOfANestedFolderIsOpened) {
     constexpr int images[] = {9, 7, 5};
     for (int series = 1; series <= 3; ++series) {
         const auto below = folder() / "patient" / "study" / fmt::format("s{}", series);
@@ -65,7 +67,7 @@ TEST_F(Task, T02_ASeriesOfANestedFolderIsOpened) {
     EXPECT_FALSE(state().series_open);
 }
 
-TEST_F(Task, T03_ALabelMapLiesOverTheVolume) {
+TEST_F(OpenTask, T03_ALabelMapLiesOverTheVolume) {
     begin(scene_of_volume(a_volume()));
     const Volume map = two_labels(grid());
     ASSERT_TRUE(save_labels(folder() / "labels.nii.gz", map, {}));
@@ -78,7 +80,7 @@ TEST_F(Task, T03_ALabelMapLiesOverTheVolume) {
     EXPECT_GT(state().label_opacity, 0.0);
 }
 
-TEST_F(Task, T04_ASecondVolumeLiesHalfTransparentOverTheFirst) {
+TEST_F(OpenTask, T04_ASecondVolumeLiesHalfTransparentOverTheFirst) {
     begin(scene_of_volume(a_volume()));
     ASSERT_TRUE(save_volume(folder() / "second.nii.gz", a_volume()));
     play("04_open_a_second_volume");
@@ -86,7 +88,7 @@ TEST_F(Task, T04_ASecondVolumeLiesHalfTransparentOverTheFirst) {
     EXPECT_EQ(state().fusion_opacity, 0.5);
 }
 
-TEST_F(Task, T05_TheVolumeOfTheLastStartIsOpenedAgain) {
+TEST_F(OpenTask, T05_TheVolumeOfTheLastStartIsOpenedAgain) {
     ASSERT_TRUE(save_volume(folder() / "head.nii.gz", a_volume()));
     recent_ = {(folder() / "head.nii.gz").string()};
     begin(open_synthetic("synthetic:phantom?size=24"), /*asks=*/true);

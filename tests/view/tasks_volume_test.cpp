@@ -6,12 +6,14 @@
 namespace palpate::view {
 namespace {
 
+class VolumeTask : public Task {};
+
 const RayCastLayer& rays_of(Viewer& viewer) {
     return *viewer.work().session().scene().ray_cast;
 }
 
 // Two sides are dragged to samples 12 and 28 of 41, the others lie a tenth in.
-TEST_F(Task, T22_ABoxOfTheVolumeIsSeen) {
+TEST_F(VolumeTask, T22_ABoxOfTheVolumeIsSeen) {
     begin(head());
     play("22_crop");
     const auto& planes = state().notes.clip_planes;
@@ -26,7 +28,7 @@ TEST_F(Task, T22_ABoxOfTheVolumeIsSeen) {
     EXPECT_NEAR(across_x[1], mm({28, 0, 0}).x, 1e-6);
 }
 
-TEST_F(Task, T23_AnObliquePlaneCutsTheVolumeOpen) {
+TEST_F(VolumeTask, T23_AnObliquePlaneCutsTheVolumeOpen) {
     begin(head());
     play("23_clip_plane");
     const auto& planes = state().notes.clip_planes;
@@ -38,14 +40,14 @@ TEST_F(Task, T23_AnObliquePlaneCutsTheVolumeOpen) {
 }
 
 // The bone of a CT begins at 300 HU.
-TEST_F(Task, T24_BoneIsAShadedSurface) {
+TEST_F(VolumeTask, T24_BoneIsAShadedSurface) {
     begin(head());
     play("24_bone_in_3d");
     EXPECT_EQ(state().seen_as, SeenAs::mesh);
     EXPECT_EQ(viewer().work().session().parameters().iso, 300.0);
 }
 
-TEST_F(Task, T25_BoneIsSeenThroughSkin) {
+TEST_F(VolumeTask, T25_BoneIsSeenThroughSkin) {
     begin(head());
     play("25_skin_and_bone");
     const RayCastLayer& rays = rays_of(viewer());
@@ -58,7 +60,7 @@ TEST_F(Task, T25_BoneIsSeenThroughSkin) {
 }
 
 // Vessels of the head have 320 HU, its brain 35.
-TEST_F(Task, T26_VesselsAreSeenByAPreset) {
+TEST_F(VolumeTask, T26_VesselsAreSeenByAPreset) {
     begin(head());
     play("26_vessel_preset");
     const TransferFunction& function = rays_of(viewer()).transfer;
@@ -67,14 +69,14 @@ TEST_F(Task, T26_VesselsAreSeenByAPreset) {
     EXPECT_GT(opacity_at(function, 320.0), 0.0);
 }
 
-TEST_F(Task, T27_TheViewIsAMaximumIntensityProjection) {
+TEST_F(VolumeTask, T27_TheViewIsAMaximumIntensityProjection) {
     begin(head());
     play("27_mip_in_3d");
     EXPECT_EQ(rays_of(viewer()).mode, RayMode::mip);
 }
 
 // World is left-posterior-superior: the patient's left is where x is larger.
-TEST_F(Task, T28_ThePatientsLeftSideIsSeen) {
+TEST_F(VolumeTask, T28_ThePatientsLeftSideIsSeen) {
     begin(head());
     play("28_view_from_the_left");
     const Camera& camera = state().camera;
@@ -87,7 +89,7 @@ constexpr uint32_t kDrillSide = 81; // samples of 1 mm; the middle is sample 40
 constexpr double kHole_mm = 2.0;
 
 // A cylinder of 4 mm through 6 mm of bone; where its wall lies is known to half a sample each way.
-TEST_F(Task, T46_AHoleOf4mmGoesThroughTheSkull) {
+TEST_F(VolumeTask, T46_AHoleOf4mmGoesThroughTheSkull) {
     begin(scene_of_volume(skull(kDrillSide, 1.0)));
     const Volume before = grey();
     play("46_drill_a_hole");
@@ -110,7 +112,7 @@ TEST_F(Task, T46_AHoleOf4mmGoesThroughTheSkull) {
     EXPECT_NEAR(gone_mm3, M_PI * kHole_mm * kHole_mm * through_mm, 0.5 * wall_mm2);
 }
 
-TEST_F(Task, T47_TheVolumeRemovedIsRead) {
+TEST_F(VolumeTask, T47_TheVolumeRemovedIsRead) {
     begin(scene_of_volume(skull(kDrillSide, 1.0)));
     const Volume before = grey();
     play("46_drill_a_hole");

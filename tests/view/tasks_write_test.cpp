@@ -11,7 +11,7 @@ namespace {
 // A ball of label 1 beside a bar of label 2, with names.
 constexpr double kBall_mm = 12.0;
 
-class WriteTask : public Task {
+class FigureTask : public Task {
  protected:
     static OpenedScene named_labels() {
         const Volume volume = skull(41, 2.0);
@@ -33,6 +33,8 @@ class WriteTask : public Task {
         return image ? std::move(*image) : Image();
     }
 };
+
+class WriteTask : public FigureTask {};
 
 TEST_F(WriteTask, T13_MeasuresAreATable) {
     begin(head(), false, /*writes=*/true);
@@ -56,7 +58,7 @@ TEST_F(WriteTask, T13_MeasuresAreATable) {
 }
 
 // Of 160 x 120 pixels, so that the test is quick.
-TEST_F(WriteTask, T29_PicturesOfOneTurnAreWritten) {
+TEST_F(FigureTask, T29_PicturesOfOneTurnAreWritten) {
     begin(head(24), false, /*writes=*/true);
     play("start/29");
     play("29_turntable");
@@ -69,7 +71,7 @@ TEST_F(WriteTask, T29_PicturesOfOneTurnAreWritten) {
     EXPECT_EQ(different.size(), 8u);
 }
 
-TEST_F(WriteTask, T30_APictureOfTheViewUnderThePointerIsWritten) {
+TEST_F(FigureTask, T30_APictureOfTheViewUnderThePointerIsWritten) {
     begin(head(), false, /*writes=*/true);
     play("30_picture_of_a_view");
     const Image picture = read_png(folder() / "figure.png");
@@ -78,7 +80,7 @@ TEST_F(WriteTask, T30_APictureOfTheViewUnderThePointerIsWritten) {
 }
 
 // White, 3000 pixels wide, and at the left below a patch of each label's colour.
-TEST_F(WriteTask, T31_AFigureOf3000PixelsOnWhiteHasALegend) {
+TEST_F(FigureTask, T31_AFigureOf3000PixelsOnWhiteHasALegend) {
     begin(named_labels(), false, /*writes=*/true);
     play("31_figure_with_legend");
     const Image figure = read_png(folder() / "figure.png");
