@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/setting_options.h"
 #include "apps/palpate/touch_live.h"
 #include "apps/palpate/touch_options.h"
 #include "apps/palpate/touch_page.h"
@@ -22,6 +21,7 @@
 #include "engine/program/project_input.h"
 #include "engine/program/read_options.h"
 #include "engine/program/scene_options.h"
+#include "engine/program/setting_options.h"
 #include "engine/program/touch_guide.h"
 #include "engine/program/touch_run.h"
 #include "engine/session/project_description.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/palpate/setting_options.h"
 #include "engine/base/log.h"
+#include "engine/program/setting_options.h"
 #include "engine/volume/changes.h"
 
 namespace palpate {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/option_name.h"
 #include "engine/reference/truth.h"
 #include "engine/scene/scene_names.h"
 
@@ -243,9 +244,9 @@ Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, co
     // A quarter of what is asked for may go to early termination.
     const double unit = std::pow(10.0, std::floor(std::log10(least / 0.75)) - 1.0);
     return fail(
-        "--error: expected at least {:.1e}, the best that can be had for this scene (by {}), "
+        "{}: expected at least {:.1e}, the best that can be had for this scene (by {}), "
         "found {:g}",
-        std::ceil(least / 0.75 / unit) * unit, text_of(finest), error);
+        Option{"error"}, std::ceil(least / 0.75 / unit) * unit, text_of(finest), error);
 }
 
 } // namespace palpate

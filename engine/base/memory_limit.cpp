@@ -3,6 +3,7 @@
 #include <array>
 
 #include "engine/base/memory.h"
+#include "engine/base/option_name.h"
 
 namespace palpate {
 
@@ -25,7 +26,8 @@ Result<void> expect_memory(const std::string& what, double bytes, uint64_t limit
     if (bytes <= limit)
         return {};
     return fail("{}: needs {} of memory, and the limit is {} ({})", what, bytes_text(bytes),
-                bytes_text(limit), is_usable ? "75 % of this machine's memory" : "--max-memory");
+                bytes_text(limit),
+                is_usable ? "75 % of this machine's memory" : text_of(Option{"max-memory"}));
 }
 
 } // namespace palpate

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/option_name.h"
 #include "engine/decode/dicom_fit.h"
 #include "engine/decode/slice_gaps.h"
 
@@ -194,9 +195,9 @@ std::string irregular_words(const std::vector<DicomFrame>& frames, const Places&
         what += fmt::format(" ({})", files_words(damaged));
     return fmt::format(
         "{}: {} (largest gap between {} and {}); a regular stack would be wrong by "
-        "up to {:.4g} mm, --resample-slices interpolates to an even spacing",
+        "up to {:.4g} mm, {} interpolates to an even spacing",
         what, gap_words(places.along_mm), leaf(frames[widest]), leaf(frames[widest + 1]),
-        places.farthest_mm);
+        places.farthest_mm, Option{"resample-slices"});
 }
 
 } // namespace
@@ -265,15 +266,15 @@ Result<Places> regular_places(const std::string& name, std::vector<DicomFrame>& 
     }
     const double usual = glm::length(places.step);
     if (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual))
-        warnings.push_back(
-            fmt::format("{}: {}; slices are placed evenly, {:.4g} mm from their "
-                        "place at most (--resample-slices interpolates)",
-                        name, gap_words(places.along_mm), places.farthest_mm));
+        warnings.push_back(fmt::format(
+            "{}: {}; slices are placed evenly, {:.4g} mm from their "
+            "place at most ({} interpolates)",
+            name, gap_words(places.along_mm), places.farthest_mm, Option{"resample-slices"}));
     if (places.sideways_mm > 10 * kPositionRoundingMm)
         warnings.push_back(
             fmt::format("{}: gantry tilt: slices are stacked {:.2f} degrees off their normal; the "
-                        "shear is kept in the geometry (--resample-slices removes it)",
-                        name, tilt_degrees(places)));
+                        "shear is kept in the geometry ({} removes it)",
+                        name, tilt_degrees(places), Option{"resample-slices"}));
     return places;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "engine/base/option_name.h"
 #include "engine/decode/dicom_codestream.h"
 #include "engine/decode/dicom_fit.h"
 #include "engine/decode/dicom_resample.h"
@@ -178,10 +179,10 @@ void warn_of_other_planes(const std::string& name, const std::vector<DicomSeries
         if (i == chosen || all[i].uid != all[chosen].uid || first.object != DicomObject::image)
             continue;
         left_out += all[i].frames.size();
-        others += fmt::format("{}{} like {} ({}: {}; --series {} reads {})",
-                              others.empty() ? "" : ", ", all[i].frames.size(), leaf(first),
-                              difference_words(first, all[chosen].frames.front()),
-                              plane_words(first), i + 1, all[i].frames.size() == 1 ? "it" : "them");
+        others += fmt::format(
+            "{}{} like {} ({}: {}; {} {} reads {})", others.empty() ? "" : ", ",
+            all[i].frames.size(), leaf(first), difference_words(first, all[chosen].frames.front()),
+            plane_words(first), Option{"series"}, i + 1, all[i].frames.size() == 1 ? "it" : "them");
     }
     images += left_out;
     if (left_out > 0)

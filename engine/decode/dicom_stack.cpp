@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/option_name.h"
 #include "engine/decode/dicom_copies.h"
 #include "engine/decode/dicom_fit.h"
 #include "engine/decode/dicom_places.h"
@@ -136,8 +137,8 @@ Result<Grid> upright_grid(const std::string& name, const std::vector<DicomFrame>
                              glm::dvec4(places.normal * step_mm, 0.0),
                              glm::dvec4(*frames.front().position + axes * (first * spacing), 1.0)};
     std::string what = fmt::format(
-        "{}: resampled (--resample-slices): {}; interpolated linearly to {} slices {:.4g} mm apart",
-        name, gap_words(places.along_mm), grid.size.z, step_mm);
+        "{}: resampled ({}): {}; interpolated linearly to {} slices {:.4g} mm apart", name,
+        Option{"resample-slices"}, gap_words(places.along_mm), grid.size.z, step_mm);
     if (places.sideways_mm > 10 * kPositionRoundingMm)
         what += fmt::format(
             "; gantry tilt of {:.2f} degrees removed, {} x {} samples a slice "
@@ -226,9 +227,9 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
     }
     if (request.resample_slices)
         stack.warnings.push_back(
-            fmt::format("{}: --resample-slices has no effect: the slices are evenly spaced and "
+            fmt::format("{}: {} has no effect: the slices are evenly spaced and "
                         "stacked along their normal",
-                        name));
+                        name, Option{"resample-slices"}));
     stack.grid.size = {frames.front().size, frames.size()};
     stack.grid.world_from_index = {glm::dvec4(plane.axes[0] * spacing.x, 0.0),
                                    glm::dvec4(plane.axes[1] * spacing.y, 0.0),

@@ -1,6 +1,7 @@
 #include <exception>
 #include <fstream>
 
+#include "engine/base/option_name.h"
 #include "engine/base/printable.h"
 #include "engine/decode/dicom_walk.h"
 #include "engine/decode/formats.h"
@@ -152,9 +153,9 @@ Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink) {
             for (std::string& warning : decoded->warnings)
                 warning = printable(warning);
             if (request.resample_slices && !decoded->heeded_resample_slices)
-                decoded->warnings.push_back(request.path.string() +
-                                            ": --resample-slices has no effect: it is no series "
-                                            "of DICOM images");
+                decoded->warnings.push_back(
+                    fmt::format("{}: {} has no effect: it is no series of DICOM images",
+                                request.path.string(), Option{"resample-slices"}));
             return decoded;
         } catch (const std::exception& error) {
             return fail("{}: cannot be read as {}: {}", request.path.string(), format.name,

@@ -12,6 +12,7 @@
 #include <new>
 #include <string_view>
 
+#include "engine/base/option_name.h"
 #include "engine/io/report.h"
 #include "engine/io/sandbox.h"
 
@@ -56,7 +57,9 @@ void serve_decoding(int argc, char** argv, Decode decode) {
         request.series = std::string(series.substr(1));
     request.resample_slices = std::string_view(argv[7]) == "resample";
     request.middle_image = std::string_view(argv[8]) == "middle";
-    request.without.assign(argv + 9, argv + argc);
+    if (std::string_view(argv[9]) == "keyword")
+        set_option_style(OptionStyle::keywords);
+    request.without.assign(argv + 10, argv + argc);
     VoxelSink sink(kMemoryFd, kReportFd, std::strtoull(argv[3], nullptr, 10));
     sink.alive();
     std::string report;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "engine/base/option_name.h"
 #include "engine/decode/formats.h"
 #include "engine/decode/payload.h"
 #include "engine/decode/picture.h"
@@ -163,11 +164,11 @@ Result<void> read_pictures(const std::string& name, const Slices& slices,
     PALPATE_TRY(const uint32_t frame,
                 choose_frame(request, is_one && stack ? stack->frames() : 1, ignored));
     if (is_one && stack && stack->frames() > 1 && !request.frame)
-        decoded.warnings.push_back(
-            fmt::format("{}: has {}; the first is read (--frame chooses{})", name, stack->words(),
-                        stack->channels > 1 && stack->times > 1
-                            ? fmt::format(": channel + {} x time", stack->channels)
-                            : ""));
+        decoded.warnings.push_back(fmt::format(
+            "{}: has {}; the first is read ({} chooses{})", name, stack->words(), Option{"frame"},
+            stack->channels > 1 && stack->times > 1
+                ? fmt::format(": channel + {} x time", stack->channels)
+                : ""));
     if (is_one && stack && stack->raw_from)
         return read_raw_stack(slices.files.front(), *stack, frame, first, sink, claim,
                               decoded.warnings);

@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "engine/base/assert.h"
+#include "engine/base/option_name.h"
 #include "engine/io/report.h"
 
 namespace palpate::io {
@@ -82,8 +83,8 @@ Result<std::span<std::byte>> VoxelSink::allocate(const std::string& name, const 
                                       claim.most_expansion * claim.source_bytes));
     const uint64_t needed = *bytes + claim.working_bytes + brick_bytes(claim);
     if (needed > max_bytes_)
-        return fail("{}: {} need {} bytes of memory, more than the limit of {} (--max-memory)",
-                    name, what, needed, max_bytes_);
+        return fail("{}: {} need {} bytes of memory, more than the limit of {} ({})", name, what,
+                    needed, max_bytes_, Option{"max-memory"});
     raise_memory_limit(*bytes + claim.working_bytes);
     if (!voxels_.empty()) {
         ::munmap(voxels_.data(), voxels_.size());
@@ -105,8 +106,8 @@ Result<void> VoxelSink::reserve(const std::string& name, uint64_t bytes) {
     if (bytes > max_bytes_)
         return fail(
             "{}: reading it needs {} bytes of memory, more than the limit of {} "
-            "(--max-memory)",
-            name, bytes, max_bytes_);
+            "({})",
+            name, bytes, max_bytes_, Option{"max-memory"});
     raise_memory_limit(bytes);
     return {};
 }
@@ -122,8 +123,8 @@ Result<uint32_t> choose_frame(const DecodeRequest& request, uint32_t frames,
         return fail("{}: has {} frame{}, so there is no frame {} (they count from 0)",
                     request.path.string(), frames, frames == 1 ? "" : "s", *request.frame);
     if (!request.frame && frames > 1)
-        warnings.push_back(fmt::format("{}: has {} frames; frame 0 is read (--frame chooses)",
-                                       request.path.string(), frames));
+        warnings.push_back(fmt::format("{}: has {} frames; frame 0 is read ({} chooses)",
+                                       request.path.string(), frames, Option{"frame"}));
     return request.frame.value_or(0);
 }
 

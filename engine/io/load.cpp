@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "engine/base/option_name.h"
 #include "engine/io/brick_file.h"
 #include "engine/io/hounsfield.h"
 #include "engine/io/narrow.h"
@@ -21,8 +22,8 @@ Result<LoadedVolume> open_bricks(const std::filesystem::path& path, const ReadOp
     LoadedVolume loaded{std::move(file.volume),  {}, {}, std::move(file.modality),
                         std::move(file.coarser), {}};
     if (options.resample_slices)
-        loaded.warnings.push_back(path.string() +
-                                  ": --resample-slices has no effect on a brick file");
+        loaded.warnings.push_back(fmt::format("{}: {} has no effect on a brick file", path.string(),
+                                              Option{"resample-slices"}));
     if (const uint64_t missing = loaded.volume.no_data_count(); missing > 0)
         loaded.warnings.push_back(
             fmt::format("{}: {} samples hold no data", path.string(), missing));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/assert.h"
+#include "engine/base/option_name.h"
 #include "engine/volume/builder.h"
 
 namespace palpate::io {
@@ -266,8 +267,8 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
         if (needed > max_memory_bytes)
             return fail(
                 "{}: its voxels and the volume made of them need {} bytes of memory, more "
-                "than the limit of {} (--max-memory)",
-                name, needed, max_memory_bytes);
+                "than the limit of {} ({})",
+                name, needed, max_memory_bytes, Option{"max-memory"});
         const bool round = kind == VolumeKind::labels && !survey.whole;
         Volume volume = visit_scalar(
             type, [&](auto to) { return build<decltype(to)>(decoded.grid, source, round); });

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "engine/base/fd.h"
+#include "engine/base/option_name.h"
 #include "engine/base/timer.h"
 #include "engine/io/report.h"
 
@@ -130,7 +131,8 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
                                    request.frame ? std::to_string(*request.frame) : "-",
                                    request.series ? "=" + *request.series : "-",
                                    request.resample_slices ? "resample" : "-",
-                                   request.middle_image ? "middle" : "-"};
+                                   request.middle_image ? "middle" : "-",
+                                   text_of(Option{"keyword"})};
     for (const fs::path& path : request.without)
         words.push_back(path.string());
     std::vector<char*> argv;

@@ -7,6 +7,7 @@
 #include <pugixml.hpp>
 
 #include "engine/base/file.h"
+#include "engine/base/option_name.h"
 #include "engine/base/printable.h"
 #include "engine/io/mesh_formats.h"
 #include "engine/io/x3d.h"
@@ -346,8 +347,8 @@ Result<SceneFile> load_x3d_scene(const std::filesystem::path& path) {
     if (read.volume.empty())
         return fail(
             "{}: expected a VolumeData with the file of a volume, found none; its shapes are shown "
-            "over another volume by --surface {}",
-            path.string(), path.string());
+            "over another volume by {} {}",
+            path.string(), Option{"surface"}, path.string());
     SceneFile file;
     file.folder = std::filesystem::absolute(path).parent_path();
     file.volume = read.volume;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "engine/annotate/legend_width.h"
+#include "engine/base/option_name.h"
 #include "engine/program/option_checks.h"
 #include "engine/session/default_scene.h"
 
@@ -94,10 +95,13 @@ std::string idle_mark(const FigureOptions& o, const OpenedScene& opened) {
         return std::find(o.marks.begin(), o.marks.end(), mark) != o.marks.end();
     };
     if (asked("color-bar") && !color_function(opened.scene))
-        return "--annotate color-bar: without effect, because no window or transfer function "
-               "colours this picture";
+        return fmt::format(
+            "{} color-bar: without effect, because no window or transfer function "
+            "colours this picture",
+            Option{"annotate"});
     if (asked("legend") && legend_of(opened.scene, opened.loaded).empty())
-        return "--annotate legend: without effect, because the picture shows no labels";
+        return fmt::format("{} legend: without effect, because the picture shows no labels",
+                           Option{"annotate"});
     return "";
 }
 

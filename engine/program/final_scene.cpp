@@ -8,6 +8,7 @@
 #include <set>
 
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/io/x3d.h"
 #include "engine/program/option_texts.h"
 #include "engine/program/scene_options.h"
@@ -28,8 +29,7 @@ void apply_slices(const SceneOptions& options, const Grid& grid, Scene& scene) {
     for (SliceLayer& slice : scene.slices) {
         slice.interpolation = options.interpolation.value_or(slice.interpolation);
         slice.slab_mode = options.slab_mode.value_or(slice.slab_mode);
-        if (options.slab_mm > 0)
-            slice.slab_mm = options.slab_mm;
+        options.slice_settings.apply(slice);
     }
 }
 
@@ -37,7 +37,7 @@ Result<void> apply_clips(const SceneOptions& options, Scene& scene) {
     for (const std::string& text : options.clips)
         scene.clip_planes.push_back(read_clip(text).value());
     if (scene.clip_planes.size() > kMaxClipPlanes)
-        return fail("--clip: expected at most {} planes, found {}", kMaxClipPlanes,
+        return fail("{}: expected at most {} planes, found {}", Option{"clip"}, kMaxClipPlanes,
                     scene.clip_planes.size());
     return {};
 }
@@ -47,8 +47,7 @@ bool has_transfer(const SceneOptions& options) {
            !options.window_preset.empty() || !options.transfer.empty();
 }
 
-Result<TransferFunction> load_transfer(const char* option, const std::string& name,
-                                       const Grid& grid) {
+Result<TransferFunction> load_transfer(Option option, const std::string& name, const Grid& grid) {
     if (name.starts_with('{')) {
         PALPATE_TRY(TransferFunction read, parse_transfer_function(name, option));
         return sized(std::move(read), grid);
@@ -79,13 +78,13 @@ Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedSc
     for (const WindowPreset& preset : window_presets())
         if (options.window_preset == preset.name) {
             if (!loaded.modality.empty() && loaded.modality != "CT")
-                return fail("--window-preset {}: expected a CT, found modality {}", preset.name,
-                            loaded.modality);
+                return fail("{} {}: expected a CT, found modality {}", Option{"window-preset"},
+                            preset.name, loaded.modality);
             return window(zero_hu(loaded) + preset.level, preset.width);
         }
     if (const auto found = preset(options.transfer))
         return fitted(*found, options.transfer, loaded);
-    return load_transfer("--tf", options.transfer, grid);
+    return load_transfer({"tf"}, options.transfer, grid);
 }
 
 Result<void> apply_fusion(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
@@ -101,7 +100,7 @@ Result<void> apply_fusion(const SceneOptions& options, const LoadedScene& loaded
     const Grid& grid = loaded.data.fused->grid();
     const auto found = preset(options.fused_transfer);
     Result<TransferFunction> read =
-        found ? sized(*found, grid) : load_transfer("--fused-tf", options.fused_transfer, grid);
+        found ? sized(*found, grid) : load_transfer({"fused-tf"}, options.fused_transfer, grid);
     if (!read)
         return pass_on(read);
     transfer = options.fused_transfer == "mr" && range.min < range.max
@@ -125,22 +124,15 @@ Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& load
     }
     if (!options.isos.empty())
         layer.isos = iso_surfaces(options.isos);
-    if (options.step_mm >= 0)
-        layer.step_mm = options.step_mm;
-    if (options.sub_steps > 0)
-        layer.sub_steps = options.sub_steps;
+    options.ray_cast_settings.apply(layer);
     if (options.jitter_seed)
         layer.jitter_seed = options.jitter_seed;
-    if (options.min_transmittance >= 0)
-        layer.min_transmittance = options.min_transmittance;
     if (options.shade)
         layer.shading = Shading{};
     if (options.no_shade)
         layer.shading.reset();
     if (!options.light.empty())
         layer.light = Light{options.light[0], options.light[1]};
-    if (options.occlusion_mm)
-        layer.occlusion_mm = *options.occlusion_mm;
     return {};
 }
 
@@ -157,8 +149,9 @@ Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& 
         const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
         if (!(glm::length(glm::cross(forward, scene.camera.up)) > 1e-9 * glm::length(forward)))
             return fail(
-                "--camera: expected a target that differs from the eye, and an up vector that is "
-                "not parallel to the view direction");
+                "{}: expected a target that differs from the eye, and an up vector that is "
+                "not parallel to the view direction",
+                Option{"camera"});
     } else if (!options.view.empty() || (sets_distance && !has_scene(options.input))) {
         const std::optional<ViewDirection> view =
             view_direction(options.view.empty() ? "oblique" : options.view);
@@ -208,9 +201,9 @@ void show_labels_by_default(const SceneOptions& options, SceneFile& file, Loaded
         !is_label_map(loaded))
         return;
     log::info(
-        "{}: a label map, by its values, so the surfaces of its labels are drawn (--mode "
+        "{}: a label map, by its values, so the surfaces of its labels are drawn ({} "
         "alpha draws its numbers)",
-        file.volume);
+        file.volume, Option{"mode"});
     file.labels = file.volume;
     file.surfaces = {SurfaceSource{.mesh = {}, .iso = {}, .labels = true}};
     file.scene.surfaces = {SurfaceLayer{}};
@@ -223,18 +216,19 @@ Result<void> hide_other_labels(const SceneOptions& options, SceneFile& file,
     if (options.only_labels.empty())
         return {};
     if (!loaded.data.labels || !file.scene.labels)
-        return fail("--only-label: expected a label map (--labels), found none");
+        return fail("{}: expected a label map ({}), found none", Option{"only-label"},
+                    Option{"labels"});
     const std::map<uint16_t, uint64_t> counts = count_labels(*loaded.data.labels);
     std::set<uint32_t> shown;
     PALPATE_TRY(const std::vector<uint16_t> labels, [&]() -> Result<std::vector<uint16_t>> {
         Result<std::vector<uint16_t>> named = labels_named(options.only_labels, loaded.label_names);
         if (!named)
-            return fail("--only-label: {}", named.error().message);
+            return fail("{}: {}", Option{"only-label"}, named.error().message);
         return named;
     }());
     for (size_t i = 0; i < labels.size(); ++i) {
         if (labels[i] == 0 || !counts.contains(labels[i]))
-            return fail("--only-label {}: no sample of the label map has the label {}",
+            return fail("{} {}: no sample of the label map has the label {}", Option{"only-label"},
                         options.only_labels[i], labels[i]);
         shown.insert(labels[i]);
     }
@@ -284,8 +278,8 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     const bool nothing_asked = from_volume && asks_for_nothing(options);
     const std::optional<SliceLayer> plane = nothing_asked ? only_slice(grid) : std::nullopt;
     if (plane) {
-        log::info("{}: one sample thick, so it is drawn as a slice (--mode alpha draws a volume)",
-                  file.volume);
+        log::info("{}: one sample thick, so it is drawn as a slice ({} alpha draws a volume)",
+                  file.volume, Option{"mode"});
         scene.slices = {*plane};
     } else if (nothing_asked) {
         scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);

@@ -1,6 +1,7 @@
 #include "engine/program/open_scene.h"
 
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/io/label_names.h"
 #include "engine/program/project_input.h"
 #include "engine/scene/scene_check.h"
@@ -105,7 +106,8 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
     show_labels_by_default(options, file, loaded);
     if (!options.label_names.empty()) {
         if (!loaded.data.labels)
-            log::warning("--label-names: without effect, because there is no label map (--labels)");
+            log::warning("{}: without effect, because there is no label map ({})",
+                         Option{"label-names"}, Option{"labels"});
         PALPATE_TRY(loaded.label_names, load_label_table(options.label_names));
     }
     drop_idle_layers(options.input, file, loaded);

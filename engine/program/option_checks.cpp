@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "haptics/device/registry.h"
 
 namespace palpate {
@@ -87,7 +88,8 @@ void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
         for (const std::string& name : some.options)
             if (const CLI::Option* option = app.get_option_no_throw(name);
                 option && some.are_idle && option->count() > 0)
-                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", name, some.why);
+                idle +=
+                    fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option_of(name), some.why);
     if (!idle.empty())
         log::warning("without effect here: {}", idle);
 }

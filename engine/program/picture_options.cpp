@@ -4,6 +4,7 @@
 
 #include "engine/accuracy/accuracy.h"
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/program/option_checks.h"
 
 namespace palpate {
@@ -55,9 +56,11 @@ void add_picture_options(CLI::App& app, PictureOptions& o) {
 
 Result<void> check_budget(const PictureOptions& options, const Scene& scene) {
     if (options.frames.frame_ms > 0 && !scene.ray_cast)
-        return fail("--frame-ms: expected a scene with ray casting, found slices alone");
+        return fail("{}: expected a scene with ray casting, found slices alone",
+                    Option{"frame-ms"});
     if (options.frames.frame_ms > 0 && scene.value_and_depth)
-        return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
+        return fail("{}: values and depths come from a ray a pixel; leave out {}",
+                    Option{"frame-ms"}, Option{"values"});
     return {};
 }
 
@@ -74,7 +77,7 @@ Result<void> meet_error(const PictureOptions& options, GpuDevice& device,
     if (options.error <= 0.0)
         return {};
     if (!scene.ray_cast)
-        return fail("--error: expected a scene with ray casting, found slices alone");
+        return fail("{}: expected a scene with ray casting, found slices alone", Option{"error"});
     Renderer renderer(device, renderer_options);
     PALPATE_TRY(const AccuracyChoice choice, choose_setting(renderer, scene, data, options.error));
     apply(choice.setting, data.volume.grid(), *scene.ray_cast);

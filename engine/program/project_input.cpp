@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/io/x3d.h"
 #include "engine/program/scene_options.h"
 #include "engine/session/project_description.h"
@@ -13,8 +14,8 @@ namespace {
 
 void warn_of_idle_reading(const std::string& path, const ReadOptions& options) {
     if (options.frame || options.series || options.resample_slices)
-        log::warning("{}: --frame, --series and --resample-slices have no effect on a project",
-                     path);
+        log::warning("{}: {}, {} and {} have no effect on a project", path, Option{"frame"},
+                     Option{"series"}, Option{"resample-slices"});
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "engine/program/read_options.h"
 
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/io/mesh_io.h"
 #include "engine/program/option_checks.h"
 #include "engine/program/project_input.h"
@@ -75,7 +76,8 @@ Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const std::stop_t
         if (labels && made.type() != ScalarType::u8)
             return fail("{}: expected labels (checkerboard), found grey values", flags.path);
         if (flags.resample_slices)
-            log::warning("{}: --resample-slices has no effect on a synthetic volume", flags.path);
+            log::warning("{}: {} has no effect on a synthetic volume", flags.path,
+                         Option{"resample-slices"});
         return LoadedVolume{std::move(made), {}, {}, {}, {}, {}};
     }
     Result<LoadedVolume> loaded =

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/base/percentile.h"
 #include "engine/base/timer.h"
 
@@ -79,7 +80,7 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
     }
     while (interactive && options.settle && !timing.interactive->complete) {
         if (stop.stop_requested())
-            return fail("interrupted during --settle");
+            return fail("interrupted during {}", Option{"settle"});
         PALPATE_TRY(draw_once(renderer, interactive, scene, data, timing));
     }
     if (count_samples && scene.ray_cast && !interactive) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "engine/base/option_name.h"
 #include "engine/program/option_checks.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
@@ -64,7 +65,7 @@ void add_slices(const SceneToDraw& d, Sentences& out) {
         const SliceLayer& slice = d.scene.slices[i];
         const std::string name = d.options.slices.empty()
                                      ? fmt::format("slice {}", i + 1)
-                                     : fmt::format("--slice {}", d.options.slices[i]);
+                                     : fmt::format("{} {}", Option{"slice"}, d.options.slices[i]);
         const auto [least, most] = before_plane(grid, slice.point_mm, slice.normal);
         const auto [first, last] =
             before_plane(d.loaded.data.volume.grid(), slice.point_mm, slice.normal);
@@ -74,9 +75,9 @@ void add_slices(const SceneToDraw& d, Sentences& out) {
                 text_of(world_box(grid))));
         else if (flat && last - first > (most - least) - (last - first)) // more than its thickness
             out.push_back(fmt::format(
-                "{} cuts across the volume, which is one sample thick, and draws a strip; --slice "
+                "{} cuts across the volume, which is one sample thick, and draws a strip; {} "
                 "{} is the volume's own plane",
-                name, plane_text(flat->point_mm, flat->normal)));
+                name, Option{"slice"}, plane_text(flat->point_mm, flat->normal)));
     }
 }
 
@@ -174,7 +175,7 @@ bool is_see_through(const SurfaceLayer& layer) {
 }
 
 // Why --labels changes nothing; empty where it does.
-const char* why_labels_are_idle(const SceneToDraw& d) {
+std::string why_labels_are_idle(const SceneToDraw& d) {
     const Scene& scene = d.scene;
     const bool as_mesh = std::any_of(d.file.surfaces.begin(), d.file.surfaces.end(),
                                      [](const SurfaceSource& s) { return s.labels; });
@@ -184,7 +185,7 @@ const char* why_labels_are_idle(const SceneToDraw& d) {
     if (as_mesh || hidden || !scene.slices.empty())
         return "";
     if (!scene.ray_cast)
-        return "without ray casting, slices and --surface labels";
+        return fmt::format("without ray casting, slices and {} labels", Option{"surface"});
     return scene.ray_cast->mode == RayMode::mip ? "mode mip has no colours of labels" : "";
 }
 
@@ -215,18 +216,23 @@ void warn_of_idle_options(const CLI::App& app, const SceneToDraw& d, const std::
                                   [](const SliceLayer& s) { return s.slab_mm > 0.0; });
     const bool see_through =
         std::any_of(scene.surfaces.begin(), scene.surfaces.end(), is_see_through);
-    const char* labels = why_labels_are_idle(d);
+    const std::string labels = why_labels_are_idle(d);
+    const auto without = [](const char* option) {
+        return fmt::format("without {}", Option{option});
+    };
     const IdleOptions idle[] = {
         {!is_exr, {"--half", "--values"}, "of .exr alone"},
         {!output.ends_with(".png"), {"--dpi"}, "of .png alone"},
         {is_exr && alpha && !slices && !meshes, {"--values"}, "mode alpha has none"},
-        {labels[0] != '\0', {"--labels"}, labels},
+        {!labels.empty(), {"--labels"}, labels},
         {!rays,
          {"--integrator", "--step", "--sub-steps", "--jitter", "--min-transmittance", "--shade",
           "--no-shade", "--light", "--ambient-occlusion", "--no-skipping"},
-         "without ray casting, --mode or --iso"},
+         fmt::format("without ray casting, {} or {}", Option{"mode"}, Option{"iso"})},
         {exact, {"--step", "--jitter"}, "of fast and preintegrated"},
-        {rays && !(exact && alpha), {"--sub-steps"}, "of mode alpha with --integrator exact"},
+        {rays && !(exact && alpha),
+         {"--sub-steps"},
+         fmt::format("of mode alpha with {} exact", Option{"integrator"})},
         {(mip || iso) && layer.integrator == Integrator::preintegrated,
          {"--integrator"},
          "preintegrated is of mode alpha"},
@@ -243,21 +249,21 @@ void warn_of_idle_options(const CLI::App& app, const SceneToDraw& d, const std::
          "of ray casting and slices"},
         {!slices,
          {"--slab", "--slab-mode", "--interpolation", "--fused", "--overlay"},
-         "without --slice"},
-        {slices && !slab, {"--slab-mode"}, "without --slab"},
+         without("slice")},
+        {slices && !slab, {"--slab-mode"}, without("slab")},
         {!rays && !meshes, {"--clip"}, "slices are not cut"},
         {!meshes, {"--surface-depth"}, "without surfaces"},
         {meshes && !see_through, {"--surface-depth"}, "without see-through surfaces"},
-        {!d.options.camera.empty(), {"--view", "--fill"}, "with --camera"},
+        {!d.options.camera.empty(), {"--view", "--fill"}, fmt::format("with {}", Option{"camera"})},
         {d.options.camera.empty() && !fill_counts(d.options, d.file, scene),
          {"--fill"},
-         "without --view"},
+         without("view")},
         {scene.camera.projection == Projection::orthographic,
          {"--view-angle"},
-         "of --projection perspective"},
-        {!scene.stereo, {"--eye-separation", "--convergence", "--swap-eyes"}, "without --stereo"},
+         fmt::format("of {} perspective", Option{"projection"})},
+        {!scene.stereo, {"--eye-separation", "--convergence", "--swap-eyes"}, without("stereo")},
         {frames == 1, {"--orbit-deg"}, "with one frame"},
-        {app.count("--annotate") == 0, {"--text-size"}, "without --annotate"},
+        {app.count("--annotate") == 0, {"--text-size"}, without("annotate")},
         {!output.ends_with(".mp4"), {"--fps"}, "of .mp4"},
         {!alpha || !layer.shading, {"--gradients"}, "of shaded mode alpha"},
         {!rays && !slices,

@@ -8,12 +8,15 @@
 #include <map>
 #include <tuple>
 
+#include "engine/base/option_name.h"
 #include "engine/io/x3d.h"
 #include "engine/program/option_checks.h"
 #include "engine/program/option_texts.h"
 #include "engine/program/project_input.h"
+#include "engine/program/setting_options.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
+#include "engine/scene/scene_settings.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate {
@@ -46,7 +49,8 @@ Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
     for (const std::string& text : options.surfaces) {
         Result<SurfaceSource> source = read_surface(text);
         if (source->labels && file.labels.empty())
-            return fail("--surface labels: expected a label map (--labels), found none");
+            return fail("{} labels: expected a label map ({}), found none", Option{"surface"},
+                        Option{"labels"});
         SurfaceLayer layer;
         layer.style.color = surface_color(file.surfaces.size());
         file.surfaces.push_back(std::move(*source));
@@ -54,42 +58,42 @@ Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
     }
     const size_t count = file.scene.surfaces.size();
     if (options.surface_colors.size() > count || options.surface_opacities.size() > count)
-        return fail(
-            "--surface-color, --surface-opacity: expected at most one for each --surface, found {}",
-            std::max(options.surface_colors.size(), options.surface_opacities.size()));
+        return fail("{}, {}: expected at most one for each {}, found {}", Option{"surface-color"},
+                    Option{"surface-opacity"}, Option{"surface"},
+                    std::max(options.surface_colors.size(), options.surface_opacities.size()));
     for (size_t i = 0; i < options.surface_colors.size(); ++i)
         file.scene.surfaces[i].style.color = read_color(options.surface_colors[i]).value();
     for (size_t i = 0; i < options.surface_opacities.size(); ++i)
         file.scene.surfaces[i].style.opacity = options.surface_opacities[i];
-    if (options.surface_depth > 0)
-        file.scene.surface_depth = options.surface_depth;
+    options.scene_settings.apply(file.scene);
     return {};
 }
 
 // Checks the options whatever the scene: several values, or one option in all.
 Result<void> check_together(const SceneOptions& o) {
-    for (const auto& [option, most, found] : {std::tuple("--slice", kMaxSlices, o.slices.size()),
-                                              {"--clip", kMaxClipPlanes, o.clips.size()},
-                                              {"--surface", kMaxSurfaces, o.surfaces.size()},
-                                              {"--iso", kMaxIsos, o.isos.size()}})
+    for (const auto& [option, most, found] : {std::tuple("slice", kMaxSlices, o.slices.size()),
+                                              {"clip", kMaxClipPlanes, o.clips.size()},
+                                              {"surface", kMaxSurfaces, o.surfaces.size()},
+                                              {"iso", kMaxIsos, o.isos.size()}})
         if (found > most)
-            return fail("{}: expected at most {}, found {}", option, most, found);
+            return fail("{}: expected at most {}, found {}", Option{option}, most, found);
     if (!o.window.empty() && !(o.window[0] < o.window[1]))
-        return fail(
-            "--window: expected LOW below HIGH, found {:g},{:g}; --window-level takes LEVEL,WIDTH",
-            o.window[0], o.window[1]);
+        return fail("{}: expected LOW below HIGH, found {:g},{:g}; {} takes LEVEL,WIDTH",
+                    Option{"window"}, o.window[0], o.window[1], Option{"window-level"});
     if (!o.window_level.empty() && !(o.window_level[1] > 0.0))
-        return fail("--window-level: expected a WIDTH above 0, found {:g}", o.window_level[1]);
-    if (!o.light.empty() && std::abs(o.light[1]) > 90.0)
-        return fail("--light: expected an elevation from -90 to 90 degrees, found {:g}",
-                    o.light[1]);
+        return fail("{}: expected a WIDTH above 0, found {:g}", Option{"window-level"},
+                    o.window_level[1]);
+    for (size_t i = 0; i < o.light.size(); ++i)
+        if (const Setting<Light>& angle = kLightSettings[i]; !allows(angle, o.light[i]))
+            return fail("{}: expected an {} from {} to {} {}, found {:g}", Option{"light"},
+                        i == 0 ? "azimuth" : "elevation", angle.least, angle.most, angle.unit,
+                        o.light[i]);
     const auto& v = o.camera;
     if (!v.empty() && v.size() != 6 && v.size() != 9)
-        return fail("--camera: expected 6 or 9 numbers, found {}", v.size());
+        return fail("{}: expected 6 or 9 numbers, found {}", Option{"camera"}, v.size());
     if (!v.empty() && v[0] == v[3] && v[1] == v[4] && v[2] == v[5])
-        return fail(
-            "--camera: expected a target that differs from the eye, found both at {:g},{:g},{:g}",
-            v[0], v[1], v[2]);
+        return fail("{}: expected a target that differs from the eye, found both at {:g},{:g},{:g}",
+                    Option{"camera"}, v[0], v[1], v[2]);
     return {};
 }
 
@@ -133,9 +137,8 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
            "red, yellow, white over its values)")
         ->transform(preset_in_any_case())
         ->needs(fused);
-    app.add_option("--fused-opacity", o.fused_opacity, "Opacity of --fused, 0 .. 1 (default: 0.5)")
-        ->check(CLI::Range(0.0, 1.0))
-        ->needs(fused);
+    add_settings<FusionLayer>(app, o.fusion_settings, kFusionSettings);
+    app.get_option("--fused-opacity")->needs(fused);
     app.add_option("--overlay", o.overlay, "A second label map, shown over slices (default: none)")
         ->type_name("FILE");
     app.add_option("--mode", o.mode,
@@ -179,16 +182,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         tissue->excludes(app.get_option(other));
     app.add_option("--integrator", o.integrator, "Integrator of the rays (default: fast)")
         ->transform(named<Integrator>());
-    app.add_option("--sub-steps", o.sub_steps,
-                   "exact, alpha: maximum sub-steps per voxel cell (default: 8)")
-        ->check(CLI::Range(1u, kMaxSubSteps));
+    add_settings<RayCastLayer>(app, o.ray_cast_settings, kRayCastSettings);
     app.add_option("--jitter", o.jitter_seed,
                    "fast, preintegrated: shift each ray's samples by a random share of a step, a "
                    "hash of its pixel and this seed (default: none)");
-    app.add_option("--step", o.step_mm,
-                   "Distance between samples in mm; 0 is the smallest spacing (default: half the "
-                   "smallest spacing for alpha, else 0)")
-        ->check(non_negative());
     CLI::Option* shade =
         app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
     app.add_flag("--no-shade", o.no_shade, "Alpha: no gradient shading")->excludes(shade);
@@ -199,25 +196,14 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
            "eye)")
         ->delimiter(',')
         ->expected(2)
-        ->type_name("AZIMUTH,ELEVATION")
-        ->check(CLI::Range(-180.0, 180.0));
-    app.add_option("--ambient-occlusion", o.occlusion_mm,
-                   "Iso: darken what lies in hollows of up to this radius, in mm, by 192 more "
-                   "samples a hit; a cue to depth, not a simulation of light. It also darkens open "
-                   "bone, whose stairs and roughness count as hollows (default: 0, none)")
-        ->check(within(0.0, 1e6))
-        ->type_name("MM");
-    app.add_option("--min-transmittance", o.min_transmittance,
-                   "Transmittance below which a ray stops, 0 .. 1 (default: 1/1024)")
-        ->check(CLI::Range(0.0, 1.0));
+        ->type_name("AZIMUTH,ELEVATION");
     app.add_option("--slice", o.slices,
                    "A slice: axial, coronal or sagittal, with :MM for its position in mm (LPS), or "
                    "point and normal px,py,pz,nx,ny,nz (default position: the centre); repeatable")
         ->check(readable([](const std::string& text) { return read_slice(text); }));
     app.add_option("--interpolation", o.interpolation, "Interpolation in slices (default: linear)")
         ->transform(named<Interpolation>());
-    app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
-        ->check(non_negative());
+    add_settings<SliceLayer>(app, o.slice_settings, kSliceSettings);
     app.add_option("--slab-mode", o.slab_mode, "How a slab combines its samples (default: mean)")
         ->transform(named<SlabMode>());
     app.add_option(
@@ -235,10 +221,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
            "Opacities of the surfaces, in their order: 0 .. 1, separated by commas (default: 1)")
         ->delimiter(',')
         ->check(CLI::Range(0.0, 1.0));
-    app.add_option("--surface-depth", o.surface_depth,
-                   "Maximum number of translucent triangles blended at a pixel; triangles behind "
-                   "them are left out (default: 8)")
-        ->check(CLI::Range(1u, kMaxSurfaceDepth));
+    add_settings<Scene>(app, o.scene_settings, kSceneSettings);
     app.add_option("--clip", o.clips,
                    "Clip plane by point and normal, px,py,pz,nx,ny,nz in mm (LPS); the side of the "
                    "normal is kept; repeatable")
@@ -294,8 +277,8 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
     };
     if (!options.volume.empty()) {
         if (!has_scene(options.input) || Project::is_one(options.input))
-            return fail("--volume: expected a scene file, whose volume it replaces, found {}",
-                        options.input);
+            return fail("{}: expected a scene file, whose volume it replaces, found {}",
+                        Option{"volume"}, options.input);
         file.volume = is_synthetic(options.volume)
                           ? options.volume
                           : std::filesystem::absolute(options.volume).string();
@@ -303,8 +286,8 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
     take(options.labels, file.labels, file.scene.labels);
     take(options.fused, file.fused, file.scene.fusion);
     take(options.overlay, file.overlay, file.scene.overlay);
-    if (options.fused_opacity)
-        file.scene.fusion->opacity = *options.fused_opacity;
+    if (file.scene.fusion)
+        options.fusion_settings.apply(*file.scene.fusion);
     if (!options.background.empty())
         file.transparent = options.transparent();
     PALPATE_TRY(apply_surfaces(options, file));

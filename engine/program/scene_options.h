@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/given_settings.h"
 #include "engine/io/scene_data.h"
 #include "engine/program/named_files.h"
 #include "engine/scene/scene_file.h"
@@ -23,7 +24,6 @@ struct SceneOptions {
     std::string labels, fused, overlay;
     std::string label_names;              // a table of labels
     std::vector<std::string> only_labels; // by number or name; empty: all
-    std::optional<double> fused_opacity;
     std::optional<RayMode> mode;
     std::optional<Integrator> integrator;
     std::optional<StereoLayout> stereo;
@@ -35,10 +35,12 @@ struct SceneOptions {
     std::vector<std::string> slices, clips, surfaces, surface_colors;
     std::vector<double> surface_opacities;
     std::vector<uint32_t> size_px;
-    double step_mm = -1, slab_mm = 0;
-    std::optional<double> fill, view_angle_deg, occlusion_mm;
-    double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
-    uint32_t sub_steps = 0, surface_depth = 0;
+    GivenSettings<RayCastLayer> ray_cast_settings;
+    GivenSettings<SliceLayer> slice_settings;
+    GivenSettings<FusionLayer> fusion_settings;
+    GivenSettings<Scene> scene_settings;
+    std::optional<double> fill, view_angle_deg;
+    double eye_separation_mm = -1, convergence_mm = -1;
     std::optional<uint32_t> jitter_seed;
     bool shade = false, no_shade = false, values = false, swap_eyes = false, mirror = false;
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/base/option_name.h"
 #include "engine/mesh/label_surfaces.h"
 #include "engine/surface/surface_nets.h"
 #include "engine/volume/builder.h"
@@ -53,8 +54,8 @@ Result<Volume> with_labels(const Volume& volume, std::span<const uint16_t> label
     const std::map<uint16_t, uint64_t> voxels = count_labels(volume);
     for (const uint16_t label : labels)
         if (!voxels.contains(label))
-            return fail("--labels: no sample has label {1}; the largest label is {0}",
-                        voxels.rbegin()->first, label);
+            return fail("{}: no sample has label {}; the largest label is {}", Option{"labels"},
+                        label, voxels.rbegin()->first);
     return make_volume(volume.grid(), volume.type(), [&](glm::uvec3 at) {
         const double label = volume.value(at);
         return std::find(labels.begin(), labels.end(), label) != labels.end() ? label : 0.0;

@@ -10,10 +10,12 @@
 
 #include "engine/base/file.h"
 #include "engine/base/log.h"
+#include "engine/base/option_name.h"
 #include "engine/edit/stroke.h"
 #include "engine/io/mesh_io.h"
 #include "engine/program/option_checks.h"
 #include "engine/program/option_texts.h"
+#include "engine/program/setting_options.h"
 #include "engine/program/surface_labels.h"
 #include "engine/program/touch_guide.h"
 #include "engine/volume/extent.h"
@@ -153,7 +155,7 @@ Result<Volume> load_component(const std::string& name, std::stop_token stop) {
 
 // `option` names what the operation `text` and the tool are of; a drill is a ball that cuts.
 struct EditTexts {
-    const char* option;
+    Option option;
     const std::string &operation, &tool;
     double drill_mm = 0.0;
 };
@@ -179,8 +181,8 @@ Result<std::optional<EditSetup>> read_edit(const EditTexts& o, const Feel& feel)
     }
     const bool labels = edit->operation.on_labels();
     if (labels && !feel.scene.labels)
-        return fail("{}: '{}' is for labels; expected --labels, or labels as SCENE", o.option,
-                    name_of(edit->operation.kind));
+        return fail("{}: '{}' is for labels; expected {}, or labels as SCENE", o.option,
+                    name_of(edit->operation.kind), Option{"labels"});
     Result<void> possible = check(edit->operation, labels ? *feel.scene.labels : *feel.scene.grey,
                                   labels ? &*feel.scene.grey : nullptr);
     if (!possible)
@@ -210,13 +212,13 @@ void warn_of_absent_labels(const Feel& feel) {
             label == 0 || !there.contains(static_cast<uint16_t>(label)))
             absent.push_back(label);
     if (!absent.empty())
-        log::warning("--label-feel: no sample has label {}", fmt::join(absent, ", "));
+        log::warning("{}: no sample has label {}", Option{"label-feel"}, fmt::join(absent, ", "));
 }
 
 // Reads an option's text by `read`; an error names the option. The command line has refused texts
 // that cannot be read; Python has not.
 template <class Read>
-auto read_option(const char* option, Read read, const std::string& text) -> decltype(read(text)) {
+auto read_option(Option option, Read read, const std::string& text) -> decltype(read(text)) {
     auto value = read(text);
     if (!value)
         return fail("{}: {}", option, value.error().message);
@@ -296,31 +298,29 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
         app.get_option(tool)->check(readable_json(read_touch_tool));
     for (const char* edit : {"--edit", "--second-edit"})
         app.get_option(edit)->check(readable_json(read_touch_operation));
-    app.add_option(
-           "--drill", o.drill_mm,
-           "Cut with a ball of this radius, mm, to the volume's lowest value; 0: do not cut")
-        ->check(non_negative())
-        ->excludes(app.get_option("--edit"))
-        ->capture_default_str();
+    add_settings<FeelOptions>(app, o, kFeelSettings);
+    app.get_option("--drill")->excludes(app.get_option("--edit"));
 }
 
 Result<void> check_together(const FeelOptions& o, const std::string& algorithm) {
     if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
-        return fail("--label-feel: expected at most {}, found {}",
+        return fail("{}: expected at most {}, found {}", Option{"label-feel"},
                     haptics::TouchParameters::kMostLabels, o.label_feel.size());
     const haptics::AlgorithmEntry& entry = *haptics::find_algorithm(algorithm);
     PALPATE_TRY(check_guide_felt(o.guide, entry));
     if (!o.edit.empty() && o.tool.empty())
-        return fail("--edit: needs a --tool");
+        return fail("{}: needs a {}", Option{"edit"}, Option{"tool"});
     if (!o.second_edit.empty() && o.edit.empty() && o.drill_mm == 0.0)
-        return fail("--second-edit: needs an --edit or a --drill of the first button");
+        return fail("{}: needs an {} or a {} of the first button", Option{"second-edit"},
+                    Option{"edit"}, Option{"drill"});
     if (!o.label_feel.empty() && entry.feels() && !entry.takes(haptics::kTakesLabels))
-        return fail("--label-feel: {} feels all labels alike; expected --algorithm {}", algorithm,
-                    haptics::takers_text(haptics::kTakesLabels));
+        return fail("{}: {} feels all labels alike; expected {} {}", Option{"label-feel"},
+                    algorithm, Option{"algorithm"}, haptics::takers_text(haptics::kTakesLabels));
     if ((!o.edit.empty() || o.drill_mm > 0.0) && !o.mesh.empty())
         return fail(
-            "--edit: changes the volume, and swept-mesh feels the mesh of --mesh; leave out --mesh "
-            "to feel the volume's own surface");
+            "{}: changes the volume, and swept-mesh feels the mesh of {}; leave out {} "
+            "to feel the volume's own surface",
+            Option{"edit"}, Option{"mesh"}, Option{"mesh"});
     return {};
 }
 
@@ -329,13 +329,14 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                        const haptics::AlgorithmEntry& algorithm, std::stop_token stop) {
     Feel feel = felt_by_default(loaded);
     feel.parameters = std::move(parameters);
-    PALPATE_TRY(feel.edit, read_edit({"--edit", o.edit, o.tool, o.drill_mm}, feel));
+    PALPATE_TRY(feel.edit, read_edit({{"edit"}, o.edit, o.tool, o.drill_mm}, feel));
     const std::string& second_tool = o.second_tool.empty() ? o.tool : o.second_tool;
-    PALPATE_TRY(feel.second_edit, read_edit({"--second-edit", o.second_edit, second_tool}, feel));
+    PALPATE_TRY(feel.second_edit, read_edit({{"second-edit"}, o.second_edit, second_tool}, feel));
     if (feel.second_edit &&
         feel.edit->operation.on_labels() != feel.second_edit->operation.on_labels())
-        return fail("--second-edit: '{}' and --edit's '{}' change different data",
-                    name_of(feel.second_edit->operation.kind), name_of(feel.edit->operation.kind));
+        return fail("{}: '{}' and {}'s '{}' change different data", Option{"second-edit"},
+                    name_of(feel.second_edit->operation.kind), Option{"edit"},
+                    name_of(feel.edit->operation.kind));
     if (feel.second_edit && second_tool.empty()) { // the ball of --drill
         feel.second_edit->tool = feel.edit->tool;
         feel.second_edit->shape = feel.edit->shape;
@@ -344,14 +345,15 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         feel.parameters.label_count = 0;
     for (const std::string& text : o.label_feel) {
         PALPATE_TRY(feel.parameters.labels[feel.parameters.label_count++],
-                    read_option("--label-feel", read_label, text));
+                    read_option({"label-feel"}, read_label, text));
     }
     if (!o.source.empty() || feel.parameters.source == TouchSource::grey)
         feel.parameters.source = o.source.empty()       ? default_source(feel)
                                  : o.source == "labels" ? TouchSource::labels
                                                         : TouchSource::grey;
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
-        return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
+        return fail("{}: expected {}, or labels as SCENE, to feel them; found none",
+                    Option{"source"}, Option{"labels"});
     if (loaded.data.labels)
         tell_of_places(*loaded.data.labels, loaded.data.volume);
     if (feel.parameters.source == TouchSource::labels && feel.parameters.label_count > 0)
@@ -360,23 +362,23 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
         if (tuning.grains > kManyGrains)
             log::warning(
-                "--iso {:g}: {:.0f} % of its surface belongs to grains of up to three samples, as "
+                "{} {:g}: {:.0f} % of its surface belongs to grains of up to three samples, as "
                 "in noise; the hand feels these grains",
-                feel.parameters.iso, 100.0 * tuning.grains);
+                Option{"iso"}, feel.parameters.iso, 100.0 * tuning.grains);
         log::debug("normals blurred against noise by {} samples; an edge of {:.2f} samples",
                    feel.parameters.normal_blur_samples, feel.parameters.edge_samples);
     }
 
     if (!o.transfer.empty()) {
-        PALPATE_TRY(feel.parameters.transfer[0], read_option("--transfer", read_force, o.transfer));
+        PALPATE_TRY(feel.parameters.transfer[0], read_option({"transfer"}, read_force, o.transfer));
     }
     if (!o.transfer_across.empty()) {
         PALPATE_TRY(feel.parameters.transfer[1],
-                    read_option("--transfer-across", read_force, o.transfer_across));
+                    read_option({"transfer-across"}, read_force, o.transfer_across));
         feel.parameters.transfer[2] = feel.parameters.transfer[1];
     }
     if (!o.opacity.empty()) {
-        PALPATE_TRY(feel.parameters.opacity, read_option("--opacity", read_opacity, o.opacity));
+        PALPATE_TRY(feel.parameters.opacity, read_option({"opacity"}, read_opacity, o.opacity));
     }
 
     for (size_t axis = 0; axis < o.field.size(); ++axis) {

@@ -21,6 +21,15 @@ struct FeelOptions {
     std::string transfer, transfer_across, opacity;
     double drill_mm = 0.0;
 };
+inline constexpr Setting<FeelOptions> kFeelSettings[] = {
+    {"drill_mm",
+     &FeelOptions::drill_mm,
+     0,
+     haptics::MostTouch::radius_mm,
+     "mm",
+     "Cut with a ball of this radius to the volume's lowest value; 0: do not cut",
+     {.option = "drill"}},
+};
 void add_feel_options(CLI::App& app, FeelOptions& options);
 
 // Fails where options contradict one another whatever the scene.

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <vector>
 
+#include "engine/base/option_name.h"
 #include "engine/io/scene_data.h"
 #include "engine/program/command.h"
 #include "engine/program/option_checks.h"
@@ -61,13 +62,13 @@ const char* algorithm_of_guide(const std::string& guide) {
 
 Result<void> check_guide_felt(const std::string& guide, const haptics::AlgorithmEntry& algorithm) {
     if (algorithm.is_guide && guide.empty())
-        return fail("--algorithm {}: needs a --guide", algorithm.name);
+        return fail("{} {}: needs a {}", Option{"algorithm"}, algorithm.name, Option{"guide"});
     if (!algorithm.is_guide && !guide.empty()) {
         std::string guides;
         for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
             if (entry.is_guide)
                 guides += fmt::format("{}{}", guides.empty() ? "" : " or ", entry.name);
-        return fail("--guide: is felt by {}, and not by {}", guides, algorithm.name);
+        return fail("{}: is felt by {}, and not by {}", Option{"guide"}, guides, algorithm.name);
     }
     return {};
 }
@@ -86,7 +87,8 @@ Result<Volume> load_guide(const std::string& guide, const Feel& feel, std::stop_
         return guide_to_edges(*feel.scene.grey, {}, task);
     if (guide == "labels") {
         if (!feel.scene.labels)
-            return fail("--guide labels: expected --labels, or labels as SCENE, found none");
+            return fail("{} labels: expected {}, or labels as SCENE, found none", Option{"guide"},
+                        Option{"labels"});
         return guide_to_labels(*feel.scene.labels, std::numeric_limits<double>::infinity(), task);
     }
     SceneFile file;

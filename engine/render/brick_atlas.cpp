@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/assert.h"
+#include "engine/base/option_name.h"
 
 namespace palpate {
 
@@ -91,8 +92,8 @@ Result<BrickAtlas> BrickAtlas::make(GpuDevice& device, std::string name, const V
     if (slots == 0)
         return fail(
             "{}: one brick needs {} bytes of graphics memory, and {} are left of the limit "
-            "(--gpu-memory)",
-            name, bytes_for(device, volume, storage, 1), limit_bytes);
+            "({})",
+            name, bytes_for(device, volume, storage, 1), limit_bytes, Option{"gpu-memory"});
     if (!device.can_filter_linearly(storage.format))
         return fail("{}: {} cannot interpolate its texels", name, device.info().name);
     return BrickAtlas(device, name, volume, storage,

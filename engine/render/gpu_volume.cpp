@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/option_name.h"
 #include "engine/base/profile.h"
 
 namespace palpate {
@@ -95,9 +96,8 @@ Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Vol
             "{}: expected at most {} samples on each axis on this device, found {} x {} x {}", name,
             limit, size.x, size.y, size.z);
     if (const uint64_t bytes = dense_bytes(volume, choice.storage); bytes > wish.limit_bytes)
-        return fail(
-            "{}: needs {} bytes of graphics memory, and {} are left of the limit (--gpu-memory)",
-            name, bytes, wish.limit_bytes);
+        return fail("{}: needs {} bytes of graphics memory, and {} are left of the limit ({})",
+                    name, bytes, wish.limit_bytes, Option{"gpu-memory"});
     made.image_.emplace(device, std::move(name),
                         ImageShape{.type = VK_IMAGE_TYPE_3D, .format = format, .size = size});
     std::vector<ChangedBrick> all;

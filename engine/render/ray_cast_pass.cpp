@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/base/option_name.h"
 #include "engine/gpu/offer.h"
 #include "engine/render/frame_block.h"
 #include "shaders/shared/ray_cast.h"
@@ -227,7 +228,8 @@ Result<size_t> RayCastPass::record(const ViewFrame& frame) {
     if (variant_.atlas && variant_.occlusion) // whose bricks are those that rays from the eye need
         return fail(
             "ambient occlusion: expected a volume that lies in one image of the device, found one "
-            "that is kept in bricks (--residency)");
+            "that is kept in bricks ({})",
+            Option{"residency"});
     const size_t parts = frame.voxels.part_count();
     size_t uploaded = 0;
     for (size_t part = 0; part < parts; ++part) {

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "engine/base/memory_limit.h"
+#include "engine/scene/scene_settings.h"
 
 namespace palpate {
 
@@ -100,17 +101,13 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
     for (size_t i = 0; i < scene.surfaces.size(); ++i)
         if (!data.meshes[i] && !scene.surfaces[i].live_iso && !scene.surfaces[i].live_labels)
             return fail("a scene: expected a mesh for surface {}, found none", i + 1);
-    if (scene.surface_depth < 1 || scene.surface_depth > kMaxSurfaceDepth)
-        return fail("a scene: expected a surface depth of 1 .. {}, found {}", kMaxSurfaceDepth,
-                    scene.surface_depth);
+    PALPATE_TRY(check_settings<Scene>("a scene", scene, kSceneSettings));
     if (!scene.slices.empty())
         PALPATE_TRY(check_transfer_function(scene.slice_transfer));
     if (!scene.ray_cast)
         return {};
     const RayCastLayer& layer = *scene.ray_cast;
-    if (!(layer.occlusion_mm >= 0.0 && std::isfinite(layer.occlusion_mm)))
-        return fail("a scene: expected a radius of ambient occlusion of 0 mm or more, found {}",
-                    layer.occlusion_mm);
+    PALPATE_TRY(check_settings<RayCastLayer>("a scene", layer, kRayCastSettings));
     for (size_t i = 1; i < layer.isos.size(); ++i)
         if (!(layer.isos[i - 1].value < layer.isos[i].value))
             return fail("a scene: expected iso-values that rise, found {} after {}",

@@ -6,6 +6,7 @@
 #include "engine/base/json_value.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
+#include "engine/scene/scene_settings.h"
 
 namespace palpate {
 
@@ -104,36 +105,31 @@ std::vector<IsoSurface> read_isos(const JsonValue& in) {
 
 Shading read_shading(const JsonValue& in) {
     Shading shading;
-    in.only_keys({"ambient", "diffuse", "specular", "shininess"});
-    in.take("ambient", shading.ambient, 0.0, 10.0);
-    in.take("diffuse", shading.diffuse, 0.0, 10.0);
-    in.take("specular", shading.specular, 0.0, 10.0);
-    in.take("shininess", shading.shininess, 0.0, 1e4);
+    in.only_keys(keys_of<Shading>(kShadingSettings));
+    read_settings<Shading>(in, shading, kShadingSettings);
     return shading;
 }
 
 Light read_light(const JsonValue& in) {
     Light light;
-    in.only_keys({"azimuth_deg", "elevation_deg"});
-    in.take("azimuth_deg", light.azimuth_deg, -180.0, 180.0);
-    in.take("elevation_deg", light.elevation_deg, -90.0, 90.0);
+    in.only_keys(keys_of<Light>(kLightSettings));
+    read_settings<Light>(in, light, kLightSettings);
     return light;
 }
 
 RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& folder) {
     RayCastLayer layer;
-    if (!in.only_keys({"mode", "integrator", "step_mm", "sub_steps", "jitter", "transfer", "isos",
-                       "shading", "light", "ambient_occlusion_mm", "min_transmittance"}))
+    if (!in.only_keys(keys_of<RayCastLayer>(
+            kRayCastSettings,
+            {"mode", "integrator", "jitter", "transfer", "isos", "shading", "light"})))
         return layer;
     read_choice(in, "mode", layer.mode);
     read_choice(in, "integrator", layer.integrator);
-    in.take("step_mm", layer.step_mm, 0.0, 1e6);
+    read_settings<RayCastLayer>(in, layer, kRayCastSettings);
     if (layer.step_mm > 0.0 && layer.step_mm < 1e-7)
         in.find("step_mm")->reject("0 or a number from 1e-07 to 1e+06");
-    in.take("sub_steps", layer.sub_steps, 1, kMaxSubSteps);
     if (const auto jitter = in.find("jitter"))
         layer.jitter_seed = jitter->whole_number(0, ~0u);
-    in.take("min_transmittance", layer.min_transmittance, 0.0, 1.0);
     if (const auto transfer = in.find("transfer"))
         layer.transfer = read_transfer_function(*transfer, folder);
     else if (layer.mode != RayMode::iso)
@@ -150,20 +146,20 @@ RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& fol
     }
     if (const auto light = in.find("light"))
         layer.light = read_light(*light);
-    in.take("ambient_occlusion_mm", layer.occlusion_mm, 0.0, 1e6);
     return layer;
 }
 
 void read_slices(const JsonValue& in, SceneFile& file) {
     for (const JsonValue& item : in.items(0, kMaxSlices)) {
         SliceLayer slice;
-        if (!item.only_keys({"point_mm", "normal", "interpolation", "slab_mm", "slab_mode"}))
+        if (!item.only_keys(keys_of<SliceLayer>(
+                kSliceSettings, {"point_mm", "normal", "interpolation", "slab_mode"})))
             return;
         if (!read_point(item, "point_mm", slice.point_mm))
             file.centered_slices.push_back(file.scene.slices.size());
         read_direction(item, "normal", slice.normal);
         read_choice(item, "interpolation", slice.interpolation);
-        item.take("slab_mm", slice.slab_mm, 0.0, 1e6);
+        read_settings<SliceLayer>(item, slice, kSliceSettings);
         read_choice(item, "slab_mode", slice.slab_mode);
         file.scene.slices.push_back(slice);
     }
@@ -209,11 +205,9 @@ std::vector<Style> read_styles(const JsonValue& in, const Layer& layer,
 
 LabelLayer read_label_layer(const JsonValue& in) {
     LabelLayer layer;
-    if (!in.only_keys({"styles", "ray_cast_weight", "slice_opacity", "outline_px", "edges"}))
+    if (!in.only_keys(keys_of<LabelLayer>(kLabelLayerSettings, {"styles", "edges"})))
         return layer;
-    in.take("ray_cast_weight", layer.ray_cast_weight, 0.0, 1.0);
-    in.take("slice_opacity", layer.slice_opacity, 0.0, 1.0);
-    in.take("outline_px", layer.outline_px, 0.0, 100.0);
+    read_settings<LabelLayer>(in, layer, kLabelLayerSettings);
     read_choice(in, "edges", layer.edges);
     if (const auto styles = in.find("styles"))
         layer.styles =
@@ -227,18 +221,18 @@ LabelLayer read_label_layer(const JsonValue& in) {
 
 FusionLayer read_fusion_layer(const JsonValue& in, const std::filesystem::path& folder) {
     FusionLayer layer;
-    in.only_keys({"transfer", "opacity"});
+    in.only_keys(keys_of<FusionLayer>(kFusionSettings, {"transfer"}));
     if (const auto transfer = in.find("transfer"))
         layer.transfer = read_transfer_function(*transfer, folder);
-    in.take("opacity", layer.opacity, 0.0, 1.0);
+    read_settings<FusionLayer>(in, layer, kFusionSettings);
     return layer;
 }
 
 std::vector<SurfaceStyle> read_surface_styles(const JsonValue& in, const SurfaceLayer& layer) {
-    return read_styles<SurfaceStyle>(in, layer, {"label", "color", "opacity"},
-                                     [](const JsonValue& item, SurfaceStyle& style) {
-                                         item.take("opacity", style.opacity, 0.0, 1.0);
-                                     });
+    return read_styles<SurfaceStyle>(
+        in, layer, {"label", "color", "opacity"}, [](const JsonValue& item, SurfaceStyle& style) {
+            read_settings<SurfaceStyle>(item, style, kSurfaceStyleSettings);
+        });
 }
 
 void read_surfaces(const JsonValue& in, SceneFile& file) {
@@ -265,7 +259,7 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
             layer.live_labels = source.labels;
         }
         read_color(item, "color", layer.style.color);
-        item.take("opacity", layer.style.opacity, 0.0, 1.0);
+        read_settings<SurfaceStyle>(item, layer.style, kSurfaceStyleSettings);
         if (const auto shading = item.find("shading"))
             layer.shading = read_shading(*shading);
         item.take("smooth", layer.smooth);
@@ -351,7 +345,7 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         scene.fusion = FusionLayer{};
     if (const auto surfaces = in.find("surfaces"))
         read_surfaces(*surfaces, file);
-    in.take("surface_depth", scene.surface_depth, 1, kMaxSurfaceDepth);
+    read_settings<Scene>(in, scene, kSceneSettings);
     in.take("value_and_depth", scene.value_and_depth);
 }
 

@@ -4,6 +4,7 @@
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_file.h"
 #include "engine/scene/scene_names.h"
+#include "engine/scene/scene_settings.h"
 
 namespace palpate {
 
@@ -38,18 +39,12 @@ Json camera_json(const SceneFile& file) {
     return out;
 }
 
-Json shading_json(const Shading& shading) {
-    return {{"ambient", shading.ambient},
-            {"diffuse", shading.diffuse},
-            {"specular", shading.specular},
-            {"shininess", shading.shininess}};
-}
-
+// The order of keys decides scene_hash(): step_mm and sub_steps come before what is no number. The
+// third row is ambient occlusion, which older scenes have no key for.
 Json ray_cast_json(const RayCastLayer& layer) {
-    Json out{{"mode", name_json(layer.mode)},
-             {"integrator", name_json(layer.integrator)},
-             {"step_mm", layer.step_mm},
-             {"sub_steps", layer.sub_steps}};
+    const std::span<const Setting<RayCastLayer>> settings = kRayCastSettings;
+    Json out{{"mode", name_json(layer.mode)}, {"integrator", name_json(layer.integrator)}};
+    write_settings(out, layer, settings.first(2));
     if (layer.jitter_seed)
         out["jitter"] = *layer.jitter_seed;
     if (!layer.transfer.colors.empty())
@@ -61,13 +56,10 @@ Json ray_cast_json(const RayCastLayer& layer) {
         out["isos"] = std::move(isos);
     }
     if (layer.shading)
-        out["shading"] = shading_json(*layer.shading);
+        out["shading"] = settings_json<Shading>(*layer.shading, kShadingSettings);
     if (layer.light)
-        out["light"] = {{"azimuth_deg", layer.light->azimuth_deg},
-                        {"elevation_deg", layer.light->elevation_deg}};
-    if (layer.occlusion_mm > 0.0)
-        out["ambient_occlusion_mm"] = layer.occlusion_mm;
-    out["min_transmittance"] = layer.min_transmittance;
+        out["light"] = settings_json<Light>(*layer.light, kLightSettings);
+    write_settings(out, layer, settings.subspan(layer.occlusion_mm > 0.0 ? 2 : 3));
     return out;
 }
 
@@ -84,7 +76,7 @@ Json slices_json(const SceneFile& file) {
             out["point_mm"] = slice.point_mm;
         out["normal"] = slice.normal;
         out["interpolation"] = name_json(slice.interpolation);
-        out["slab_mm"] = slice.slab_mm;
+        write_settings<SliceLayer>(out, slice, kSliceSettings);
         out["slab_mode"] = name_json(slice.slab_mode);
         slices.push_back(std::move(out));
     }
@@ -107,16 +99,14 @@ Json label_layer_json(const LabelLayer& layer) {
     Json styles = Json::array();
     for (size_t i = 1; i < layer.styles.size(); ++i) {
         const LabelStyle& style = layer.styles[i];
-        Json out{{"label", i}, {"color", style.color}, {"visible", style.visible}};
+        Json one{{"label", i}, {"color", style.color}, {"visible", style.visible}};
         if (style.opacity != 1.0)
-            out["opacity"] = style.opacity;
-        styles.push_back(std::move(out));
+            one["opacity"] = style.opacity;
+        styles.push_back(std::move(one));
     }
-    return {{"styles", std::move(styles)},
-            {"ray_cast_weight", layer.ray_cast_weight},
-            {"slice_opacity", layer.slice_opacity},
-            {"outline_px", layer.outline_px},
-            {"edges", name_json(layer.edges)}};
+    Json out{{"styles", std::move(styles)}, {"edges", name_json(layer.edges)}};
+    write_settings<LabelLayer>(out, layer, kLabelLayerSettings);
+    return out;
 }
 
 Json surfaces_json(const SceneFile& file) {
@@ -134,8 +124,8 @@ Json surfaces_json(const SceneFile& file) {
         if (layer.live_iso || layer.live_labels)
             out["live"] = true;
         out["color"] = layer.style.color;
-        out["opacity"] = layer.style.opacity;
-        out["shading"] = shading_json(layer.shading);
+        write_settings<SurfaceStyle>(out, layer.style, kSurfaceStyleSettings);
+        out["shading"] = settings_json<Shading>(layer.shading, kShadingSettings);
         out["smooth"] = layer.smooth;
         Json styles = Json::array();
         for (size_t label = 1; label < layer.label_styles.size(); ++label)
@@ -189,7 +179,7 @@ std::string write_scene(const SceneFile& file) {
     if (scene.labels)
         out["label_layer"] = label_layer_json(*scene.labels);
     if (scene.fusion) {
-        out["fusion_layer"] = {{"opacity", scene.fusion->opacity}};
+        out["fusion_layer"] = settings_json<FusionLayer>(*scene.fusion, kFusionSettings);
         if (!scene.fusion->transfer.colors.empty())
             out["fusion_layer"]["transfer"] = transfer_function_json(scene.fusion->transfer);
     }
@@ -197,7 +187,7 @@ std::string write_scene(const SceneFile& file) {
         out["overlay_layer"] = label_layer_json(*scene.overlay);
     if (!scene.surfaces.empty()) {
         out["surfaces"] = surfaces_json(file);
-        out["surface_depth"] = scene.surface_depth;
+        write_settings<Scene>(out, scene, kSceneSettings);
     }
     out["value_and_depth"] = scene.value_and_depth;
     return json_text(out);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/option_name.h"
 #include "engine/io/hounsfield.h"
 #include "engine/scene/presets.h"
 #include "engine/session/bright_background.h"
@@ -122,9 +123,9 @@ std::string told_of_bright_background(const LoadedScene& loaded) {
         return ""; // what is stored inverted is told by its reader
     return fmt::format(
         "its background of {:g} is brighter than what lies in it, so by default rays look for dark "
-        "values: opaque in mode alpha, and the smallest in mode mip (--window LOW,HIGH looks for "
+        "values: opaque in mode alpha, and the smallest in mode mip ({} LOW,HIGH looks for "
         "bright ones)",
-        *look.values.bright_background);
+        *look.values.bright_background, Option{"window"});
 }
 
 TransferFunction fitted(TransferFunction function, const std::string& preset_name,

@@ -4,8 +4,6 @@ import logging
 import sys
 import warnings
 
-from ._words import in_python
-
 _LOGGER = logging.getLogger("palpate")
 _LEVELS = {0: logging.DEBUG, 1: logging.INFO, 2: logging.WARNING, 3: logging.ERROR}
 
@@ -22,4 +20,4 @@ def tell(level: int, text: str) -> None:
     depth, frame = 1, sys._getframe(0)
     while frame.f_back and frame.f_globals.get("__name__", "").startswith("palpate."):
         depth, frame = depth + 1, frame.f_back
-    warnings.warn(in_python(text), Warning, stacklevel=depth)
+    warnings.warn(text, Warning, stacklevel=depth)

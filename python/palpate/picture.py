@@ -7,7 +7,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _core, _words
+from . import _core
 from .mesh import Mesh
 from .volume import PathLike, Progress, Volume, as_volume
 
@@ -117,10 +117,7 @@ class Scene:
         camera = options.pop("camera", None)
         if camera is not None and not isinstance(camera, Camera):
             options["camera"] = camera
-        try:
-            self._core = _core.open_scene(_words.words(options) + ["--", name], volumes, meshes, progress)
-        except _core.Error as error:
-            raise _core.Error(_words.as_typed(str(error), options)) from None
+        self._core = _core.open_scene(options, name, volumes, meshes, progress)
         if isinstance(camera, Camera):
             self.camera = camera
 
@@ -222,10 +219,7 @@ class Renderer:
         for name in options:
             if name not in _DEVICE:
                 raise _core.Error(f"{name}: expected an option of a Renderer, one of {', '.join(_DEVICE)}")
-        try:
-            self._core = _core.Renderer(_words.words(options))
-        except _core.Error as error:
-            raise _core.Error(_words.in_python(str(error))) from None
+        self._core = _core.Renderer(options)
 
     def render(self, scene: Union[Scene, Any], *, progress: Progress = None, **options: Any) -> Picture:
         """Draws a Scene, or what Scene() takes with its options."""
@@ -233,10 +227,7 @@ class Renderer:
             scene = Scene(scene, **options)
         elif options:
             raise _core.Error(f"{next(iter(options))}: expected as an option of the Scene that is drawn")
-        try:
-            return Picture(self._core.render(scene._core, progress))
-        except _core.Error as error:
-            raise _core.Error(_words.in_python(str(error))) from None
+        return Picture(self._core.render(scene._core, progress))
 
     @property
     def device(self) -> str:

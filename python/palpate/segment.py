@@ -3,8 +3,8 @@
 import json
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
-from . import _core, _words
-from .volume import Progress, Volume, as_volume
+from . import _core
+from .volume import Progress, Volume, as_volume, number
 
 
 def filters() -> List[Dict[str, str]]:
@@ -32,7 +32,7 @@ def filter(
 
 
 def _word(value: Any) -> str:
-    return value if isinstance(value, str) else _words.number(value)
+    return value if isinstance(value, str) else number(value)
 
 
 def methods() -> List[Dict[str, Any]]:

@@ -7,9 +7,9 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Protocol, Se
 
 import numpy as np
 
-from . import _core, _words
+from . import _core
 from .picture import TransferFunction
-from .volume import Progress, Volume, as_volume
+from .volume import Progress, Volume, as_volume, number
 
 CONTACTS = ("free", "touching", "yielding", "submerged", "unknown")
 """Names of the numbers in `Touched.contact`."""
@@ -66,14 +66,14 @@ def _curve(value: Any) -> str:
     if isinstance(value, TransferFunction):
         value = value.opacities
     if isinstance(value, (str, int, float)):
-        return value if isinstance(value, str) else _words.number(value)
-    return ",".join(f"{_words.number(at)}:{_words.number(then)}" for at, then in value)
+        return value if isinstance(value, str) else number(value)
+    return ",".join(f"{number(at)}:{number(then)}" for at, then in value)
 
 
 def _label_feel(value: Any) -> str:
     """Rows (label, stiffness[, friction[, T0]]), or one, or texts as on the command line."""
     rows = [value] if isinstance(value, str) or not hasattr(next(iter(value)), "__iter__") else list(value)
-    return ";".join(row if isinstance(row, str) else ",".join(map(_words.number, row)) for row in rows)
+    return ";".join(row if isinstance(row, str) else ",".join(map(number, row)) for row in rows)
 
 
 def _split(options: Dict[str, Any]) -> Tuple[Dict[str, float], Dict[str, str]]:
@@ -131,10 +131,7 @@ def touch(
     except (TypeError, ValueError) as error:
         raise _core.Error("path: expected an array of numbers") from error
     numbers, texts = _split(options)
-    try:
-        felt = _core.touch(as_volume(volume)._core, _labels(labels), rows, device, numbers, texts, progress)
-    except _core.Error as error:
-        raise _core.Error(_words.in_python(str(error))) from None
+    felt = _core.touch(as_volume(volume)._core, _labels(labels), rows, device, numbers, texts, progress)
     felt["volume"] = Volume(felt["volume"])
     return Touched(**felt)
 
@@ -201,8 +198,6 @@ class Servo:
             )
         except (TypeError, ValueError) as error:
             raise _core.Error("center, reach, max_force: expected numbers") from error
-        except _core.Error as error:
-            raise _core.Error(_words.in_python(str(error))) from None
 
     def tick(self, time_s: float, position: Sequence[float], buttons: int = 0) -> Felt:
         """The force for a handle at `position`, mm in the device's axes, at a time that rises."""

@@ -1,5 +1,6 @@
 """Volumes: arrays, files, and the images of other packages."""
 
+import math
 import os
 import sys
 from typing import Any, Callable, Dict, Optional, Tuple, Union
@@ -13,6 +14,14 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 _FLIP_XY = np.diag([-1.0, -1.0, 1.0, 1.0])
 _TYPES = {"u8": np.uint8, "i8": np.int8, "u16": np.uint16, "i16": np.int16, "f32": np.float32}
+
+
+def number(value: Any) -> str:
+    """A number with all its digits; a whole one without a point, for those that must be whole."""
+    if hasattr(value, "__index__"):
+        return str(value.__index__())
+    as_float = float(value)
+    return repr(int(as_float)) if math.isfinite(as_float) and as_float == int(as_float) else repr(as_float)
 
 
 def _lps(affine: Any, space: str) -> np.ndarray:

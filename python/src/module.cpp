@@ -1,5 +1,6 @@
 // palpate._core: the libraries as the Python package palpate uses them. People use the package.
 
+#include "engine/base/option_name.h"
 #include "engine/io/sandbox.h"
 #include "python/src/bind.h"
 #include "python/src/work.h"
@@ -12,6 +13,7 @@ PYBIND11_MODULE(_core, module) {
     module.def("set_decoder_program",
                [](const std::string& path) { palpate::io::set_decoder_program(path); });
     take_messages();
+    palpate::set_option_style(palpate::OptionStyle::keywords);
     bind_volume(module);
     bind_mesh(module);
     bind_picture(module);

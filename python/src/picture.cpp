@@ -20,6 +20,7 @@
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_check.h"
 #include "python/src/bind.h"
+#include "python/src/keywords.h"
 #include "python/src/work.h"
 
 namespace palpate::python {
@@ -38,23 +39,21 @@ void add_time(std::vector<PassTime>& all, const PassTime& pass) {
         same->gpu_ms += pass.gpu_ms;
 }
 
-// The options of `palpate render`, from words as on its command line.
-struct Words {
+// The options of `palpate render`, from keywords. A scene has the name `scene`; none is needed for
+// a device alone.
+struct AskedPicture {
     CLI::App app;
     PictureOptions options;
 
-    Words(std::vector<std::string> words, bool needs_scene) {
+    AskedPicture(const py::dict& keywords, const std::optional<std::string>& scene) {
         add_picture_options(app, options);
-        if (!needs_scene)
+        if (scene)
+            app.get_option("SCENE")->add_result(*scene);
+        else
             app.get_option("SCENE")->required(false);
         refuse_not_finite(app);
         app.set_help_flag();
-        std::reverse(words.begin(), words.end());
-        try {
-            app.parse(words);
-        } catch (const CLI::ParseError& error) {
-            throw Failure(error.what());
-        }
+        take_keywords(app, keywords);
     }
 };
 
@@ -68,21 +67,21 @@ using ScenePtr = std::shared_ptr<DrawnScene>;
 using Volumes = std::map<std::string, std::shared_ptr<LoadedVolume>>;
 using Meshes = std::map<std::string, std::shared_ptr<Mesh>>;
 
-ScenePtr open_words(const std::vector<std::string>& list, const Volumes& volumes,
-                    const Meshes& meshes, const py::object& progress) {
-    Words words(list, true);
+ScenePtr open_keywords(const py::dict& keywords, const std::string& name, const Volumes& volumes,
+                       const Meshes& meshes, const py::object& progress) {
+    const AskedPicture asked(keywords, name);
     InMemory memory;
     for (const auto& [name, volume] : volumes)
         memory.volumes.emplace(name, *volume);
     for (const auto& [name, mesh] : meshes)
         memory.meshes.emplace(name, mesh);
     return run<ScenePtr>(progress, [&](const Report& report) -> Result<ScenePtr> {
-        const PictureOptions& o = words.options;
+        const PictureOptions& o = asked.options;
         PALPATE_TRY(OpenedScene opened, open_scene(o.scene, o.read, report.stop, memory));
         make_room_for_legend(o.figure, o.scene, opened);
         PALPATE_TRY(check_budget(o, opened.scene));
         const SceneToDraw to_draw{o.scene, opened.file, opened.scene, opened.loaded};
-        warn_of_idle_options(words.app, to_draw, "picture.exr", 1);
+        warn_of_idle_options(asked.app, to_draw, "picture.exr", 1);
         for (const std::string& sentence : empty_parts(to_draw))
             log::warning("{}", sentence);
         return std::make_shared<DrawnScene>(DrawnScene{o, std::move(opened)});
@@ -140,8 +139,8 @@ void save_picture(const Picture& picture, const std::string& path) {
 // A device with one view. Python may call it from any thread; one draws at a time.
 class FrameRenderer {
  public:
-    explicit FrameRenderer(const std::vector<std::string>& words)
-        : options_(Words(words, false).options) {
+    explicit FrameRenderer(const py::dict& keywords)
+        : options_(AskedPicture(keywords, {}).options) {
         run<void>(py::none(), [&](const Report&) -> Result<void> {
             device_.emplace(options_.device_options());
             RendererOptions options = renderer_options(options_, *device_, false);
@@ -347,11 +346,11 @@ void bind_picture(py::module_& module) {
             return passes;
         });
     py::class_<FrameRenderer, std::shared_ptr<FrameRenderer>>(module, "Renderer")
-        .def(py::init<const std::vector<std::string>&>())
+        .def(py::init<const py::dict&>())
         .def("render", &FrameRenderer::render)
         .def("close", &FrameRenderer::close, py::call_guard<py::gil_scoped_release>())
         .def_property_readonly("device", &FrameRenderer::device_text);
-    module.def("open_scene", open_words);
+    module.def("open_scene", open_keywords);
     module.def("preset_names", preset_names);
 }
 

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <sstream>
 
+#include "engine/base/option_name.h"
 #include "engine/program/touch_feel.h"
 #include "engine/program/touch_run.h"
 #include "haptics/device/velocity.h"
@@ -41,9 +42,8 @@ template <class Struct>
 Result<bool> take(const std::string& keyword, double value, Struct& to,
                   std::span<const Setting<Struct>> settings) {
     for (const Setting<Struct>& setting : settings) {
-        std::string own = *setting.use.keyword ? setting.use.keyword : setting.use.option;
-        std::replace(own.begin(), own.end(), '-', '_');
-        if (own.empty() || own != keyword)
+        const char* own = *setting.use.keyword ? setting.use.keyword : setting.use.option;
+        if (!*own || text_of(Option{own}) != keyword)
             continue;
         if (!allows(setting, value))
             return fail("{}: expected {}, found {:g}", keyword, range_text(setting), value);
@@ -57,19 +57,13 @@ Result<Asked> asked_for(const Numbers& numbers, const Texts& texts) {
     Asked a;
     hp::TouchParameters& p = a.parameters;
     for (const auto& [name, value] : numbers) {
-        if (name == "drill") {
-            if (!(value >= 0.0 && value <= hp::MostTouch::radius_mm))
-                return fail("drill: expected a number from 0 to {} mm, found {:g}",
-                            hp::MostTouch::radius_mm, value);
-            a.feel.drill_mm = value;
-            continue;
-        }
         PALPATE_TRY(const bool is_felt,
                     take<hp::TouchParameters>(name, value, p, hp::kTouchSettings));
         if (is_felt)
             continue;
-        PALPATE_TRY(const bool is_known, take<TouchRunSettings>(name, value, a.run, kRunSettings));
-        if (!is_known)
+        PALPATE_TRY(const bool is_of_feel, take<FeelOptions>(name, value, a.feel, kFeelSettings));
+        PALPATE_TRY(const bool is_of_run, take<TouchRunSettings>(name, value, a.run, kRunSettings));
+        if (!is_of_feel && !is_of_run)
             return fail("{}: expected an option of touch", name);
     }
     const std::pair<const char*, std::string*> words[] = {
@@ -225,13 +219,24 @@ py::dict touched(const LoadedVolume& volume, const VolumePtr& labels, const Pose
     return out;
 }
 
+struct DeviceSize {
+    double reach_mm, max_force_n;
+};
+// clang-format off
+constexpr Setting<DeviceSize> kDeviceSettings[] = {
+    {"reach", &DeviceSize::reach_mm, 1e-3, 1e4, "mm", "Half of the device's workspace on each axis"},
+    {"max_force", &DeviceSize::max_force_n, 1e-3, 1e3, "N", "What the device can exert"},
+};
+// clang-format on
+
 // A device whose hand is the caller of tick().
 class CallersDevice final : public hp::HapticDevice {
  public:
-    CallersDevice(double reach_mm, double force_n, double rate_hz) {
+    CallersDevice(const DeviceSize& size, double rate_hz) {
+        value_of(check_settings<DeviceSize>("Servo", size, kDeviceSettings));
         capabilities_.name = "Python";
-        capabilities_.workspace_m = glm::dvec3(reach_mm * 1e-3);
-        capabilities_.max_force_n = force_n;
+        capabilities_.workspace_m = glm::dvec3(size.reach_mm * 1e-3);
+        capabilities_.max_force_n = size.max_force_n;
         capabilities_.rate_hz = rate_hz;
         capabilities_.buttons = 31;
     }
@@ -256,14 +261,9 @@ class CallersDevice final : public hp::HapticDevice {
 class CallersServo {
  public:
     CallersServo(const LoadedVolume& volume, const VolumePtr& labels,
-                 const std::array<double, 3>& center_mm, double reach_mm, double force_n,
+                 const std::array<double, 3>& center_mm, const DeviceSize& size,
                  const Numbers& numbers, const Texts& texts)
-        : asked_(value_of(asked_for(numbers, texts))),
-          device_(reach_mm, force_n, asked_.run.rate_hz) {
-        if (!(reach_mm > 0.0 && reach_mm <= 1e4))
-            throw Failure(fmt::format("reach: expected 0 .. 10000 mm, found {:g}", reach_mm));
-        if (!(force_n > 0.0 && force_n <= 1000.0))
-            throw Failure(fmt::format("max_force: expected 0 .. 1000 N, found {:g}", force_n));
+        : asked_(value_of(asked_for(numbers, texts))), device_(size, asked_.run.rate_hz) {
         run<void>(py::none(), [&](const Report& report) -> Result<void> {
             PALPATE_TRY(const Feel feel, feel_of(asked_, volume, labels, report.stop));
             if (feel.edit)
@@ -351,8 +351,12 @@ void bind_touch(py::module_& module) {
         return names;
     });
     py::class_<CallersServo>(module, "Servo")
-        .def(py::init<const LoadedVolume&, const VolumePtr&, const std::array<double, 3>&, double,
-                      double, const Numbers&, const Texts&>())
+        .def(py::init([](const LoadedVolume& volume, const VolumePtr& labels,
+                         const std::array<double, 3>& center_mm, double reach_mm, double force_n,
+                         const Numbers& numbers, const Texts& texts) {
+            return std::make_unique<CallersServo>(volume, labels, center_mm,
+                                                  DeviceSize{reach_mm, force_n}, numbers, texts);
+        }))
         .def("tick", &CallersServo::tick)
         .def("arm", &CallersServo::arm);
 }

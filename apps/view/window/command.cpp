@@ -93,7 +93,7 @@ Result<void> check_together(const ViewOptions& o) {
 // Options of a scene that the window does not heed: the one list of them.
 void warn_of_idle_options(const CLI::App& app, const ViewOptions& o) {
     const IdleOptions idle[] = {
-        {o.scene.slab_mm == 0.0, {"--slice"}, "the window has slices of its own"},
+        {o.scene.slice_settings.empty(), {"--slice"}, "the window has slices of its own"},
         {o.scene.slices.empty(), {"--slab", "--slab-mode"}, "without --slice"},
         {true, {"--interpolation"}, "slices of the window are linear"},
         {true, {"--values"}, "of render"},

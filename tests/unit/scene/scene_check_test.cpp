@@ -95,7 +95,7 @@ TEST(CheckDrawable, SaysWhatOfASceneDoesNotFit) {
              s.surfaces.resize(1);
              d.meshes.push_back(std::make_shared<Mesh>());
          }},
-        {"a scene: expected a surface depth of 1 .. 16, found 17",
+        {"a scene: surface_depth: expected a whole number from 1 to 16, found 17",
          [](Scene& s, SceneData&) { s.surface_depth = 17; }},
     };
     for (const auto& [expected, spoil] : cases) {

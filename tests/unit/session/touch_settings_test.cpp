@@ -5,13 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "engine/session/touch_json.h"
 #include "haptics/field/coupling.h"
 #include "haptics/servo/parameter_slew.h"
-#include "tests/support/paths.h"
+#include "tests/support/table_rows.h"
 
 namespace palpate {
 namespace {
@@ -97,17 +96,6 @@ TEST(TouchSettings, AreSlewedAsTheirRowsSay) {
 
 TEST(TouchSettings, AreTheTableOfTheReferencePage) {
     const std::string heading = "| key | option | range | by itself | read by | what it does |";
-    std::ifstream in(std::string(kSourceDir) + "/docs/reference/touch.md");
-    ASSERT_TRUE(in);
-    std::vector<std::string> rows;
-    bool in_table = false;
-    for (std::string line; std::getline(in, line);) {
-        if (in_table && !line.starts_with("|"))
-            break;
-        if (in_table && line.starts_with("| "))
-            rows.push_back(line);
-        in_table = in_table || line == heading;
-    }
     std::vector<std::string> expected;
     const TouchParameters usual;
     for (const Setting<TouchParameters>& setting : kTouchSettings) {
@@ -120,9 +108,10 @@ TEST(TouchSettings, AreTheTableOfTheReferencePage) {
             *use.by_default ? use.by_default : fmt::format("{}", value_of(setting, usual)),
             readers.empty() ? "all" : fmt::format("`{}`", readers), setting.help));
     }
-    EXPECT_EQ(rows, expected) << "the table of docs/reference/touch.md should be\n"
-                              << heading << "\n"
-                              << fmt::format("{}", fmt::join(expected, "\n"));
+    EXPECT_EQ(table_rows("docs/reference/touch.md", heading), expected)
+        << "the table of docs/reference/touch.md should be\n"
+        << heading << "\n"
+        << fmt::format("{}", fmt::join(expected, "\n"));
 }
 
 } // namespace

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 
-#include "engine/base/setting.h"
+#include "engine/base/given_settings.h"
 #include "engine/program/option_checks.h"
 
 // Options of the command line out of a table of settings.
@@ -21,11 +22,12 @@ std::span<const Setting<Struct>> of_one_option(std::span<const Setting<Struct>> 
 // Tells people who takes a bit of SettingUse::of.
 using ReadersText = std::string (*)(uint32_t of);
 
-// `to` holds the defaults, gets what is given, and lives as long as the table and `app`. `readers`
-// is for tables that say who reads a setting.
+// `take` gets what is given, with a row of the table; `usual` has the defaults, for the help.
+// `readers` is for tables that say who reads a setting. The table lives as long as `app`.
 template <class Struct>
-void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> settings,
-                  ReadersText readers = nullptr) {
+void add_settings(CLI::App& app, const Struct& usual, std::span<const Setting<Struct>> settings,
+                  ReadersText readers,
+                  std::function<void(const Setting<Struct>&, double value)> take) {
     while (!settings.empty()) {
         const auto rows = of_one_option(settings);
         settings = settings.subspan(rows.size());
@@ -44,11 +46,11 @@ void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> se
             help += fmt::format(" ({})", remarks);
         CLI::Option* option = app.add_option(
             fmt::format("--{}", first.use.option),
-            [&to, rows](const CLI::results_t& words) {
+            [take, rows](const CLI::results_t& words) {
                 for (size_t i = 0; i < rows.size(); ++i) {
                     double value = 0.0;
                     CLI::detail::lexical_cast(words[std::min(i, words.size() - 1)], value);
-                    set(rows[i], to, value);
+                    take(rows[i], value);
                 }
                 return true;
             },
@@ -60,8 +62,26 @@ void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> se
         if (rows.size() > 1)
             option->delimiter(',');
         if (!*first.use.by_default)
-            option->default_str(fmt::format("{}", value_of(first, to)));
+            option->default_str(fmt::format("{}", value_of(first, usual)));
     }
+}
+
+// `to` holds the defaults and gets what is given. It lives as long as `app`.
+template <class Struct>
+void add_settings(CLI::App& app, Struct& to, std::span<const Setting<Struct>> settings,
+                  ReadersText readers = nullptr) {
+    add_settings<Struct>(
+        app, to, settings, readers,
+        [&to](const Setting<Struct>& setting, double value) { set(setting, to, value); });
+}
+
+// The same for a struct that is known later.
+template <class Struct>
+void add_settings(CLI::App& app, GivenSettings<Struct>& to,
+                  std::span<const Setting<Struct>> settings) {
+    add_settings<Struct>(
+        app, Struct{}, settings, nullptr,
+        [&to](const Setting<Struct>& setting, double value) { to.give(setting, value); });
 }
 
 // Copies the settings whose options were given.
