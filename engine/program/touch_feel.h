@@ -21,15 +21,13 @@ struct FeelOptions {
     std::string transfer, transfer_across, opacity;
     double drill_mm = 0.0;
 };
+// clang-format off
 inline constexpr Setting<FeelOptions> kFeelSettings[] = {
-    {"drill_mm",
-     &FeelOptions::drill_mm,
-     0,
-     haptics::MostTouch::radius_mm,
-     "mm",
+    {"drill_mm", &FeelOptions::drill_mm, 0, haptics::MostTouch::radius_mm, "mm",
      "Cut with a ball of this radius to the volume's lowest value; 0: do not cut",
      {.option = "drill"}},
 };
+// clang-format on
 void add_feel_options(CLI::App& app, FeelOptions& options);
 
 // Fails where options contradict one another whatever the scene.
