@@ -97,17 +97,7 @@ Result<void> check_together(const SceneOptions& o) {
     return {};
 }
 
-} // namespace
-
-bool is_scene_file(const std::string& input) {
-    return input.ends_with(".json") && !is_synthetic(input) && !Project::is_one(input);
-}
-
-bool has_scene(const std::string& input) {
-    return is_scene_file(input) || is_x3d_file(input) || Project::is_one(input);
-}
-
-void add_scene_options(CLI::App& app, SceneOptions& o) {
+void add_inputs(CLI::App& app, SceneOptions& o) {
     app.add_option("SCENE", o.input,
                    "Scene file (.json), project folder, or a volume: file, DICOM folder, slice "
                    "pattern, synthetic:NAME")
@@ -141,6 +131,9 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.get_option("--fused-opacity")->needs(fused);
     app.add_option("--overlay", o.overlay, "A second label map, shown over slices (default: none)")
         ->type_name("FILE");
+}
+
+void add_ray_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--mode", o.mode,
                    "Ray-casting mode (default: alpha; no ray casting with --slice alone; surfaces "
                    "for a label map; a slice for a volume one sample thick)")
@@ -197,6 +190,9 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->delimiter(',')
         ->expected(2)
         ->type_name("AZIMUTH,ELEVATION");
+}
+
+void add_slice_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--slice", o.slices,
                    "A slice: axial, coronal or sagittal, with :MM for its position in mm (LPS), or "
                    "point and normal px,py,pz,nx,ny,nz (default position: the centre); repeatable")
@@ -206,6 +202,9 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     add_settings<SliceLayer>(app, o.slice_settings, kSliceSettings);
     app.add_option("--slab-mode", o.slab_mode, "How a slab combines its samples (default: mean)")
         ->transform(named<SlabMode>());
+}
+
+void add_surface_options(CLI::App& app, SceneOptions& o) {
     app.add_option(
            "--surface", o.surfaces,
            "A mesh in the picture: a PLY, STL, OBJ or VTP file, iso=VALUE for the volume's surface "
@@ -226,6 +225,9 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "Clip plane by point and normal, px,py,pz,nx,ny,nz in mm (LPS); the side of the "
                    "normal is kept; repeatable")
         ->check(readable(read_clip));
+}
+
+void add_camera_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--view", o.view,
                    fmt::format("Camera: {} (default: oblique)", fmt::join(view_names(), ", ")))
         ->check(one_of(view_names()));
@@ -261,6 +263,24 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->type_name("COLOR");
     app.add_flag("--values", o.values,
                  "EXR: also write value and depth in mm (default: colours only)");
+}
+
+} // namespace
+
+bool is_scene_file(const std::string& input) {
+    return input.ends_with(".json") && !is_synthetic(input) && !Project::is_one(input);
+}
+
+bool has_scene(const std::string& input) {
+    return is_scene_file(input) || is_x3d_file(input) || Project::is_one(input);
+}
+
+void add_scene_options(CLI::App& app, SceneOptions& o) {
+    add_inputs(app, o);
+    add_ray_options(app, o);
+    add_slice_options(app, o);
+    add_surface_options(app, o);
+    add_camera_options(app, o);
     refuse_where_wrong(app, [&o] { return check_together(o); });
 }
 
