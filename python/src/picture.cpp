@@ -71,10 +71,10 @@ ScenePtr open_keywords(const py::dict& keywords, const std::string& name, const 
                        const Meshes& meshes, const py::object& progress) {
     const AskedPicture asked(keywords, name);
     InMemory memory;
-    for (const auto& [name, volume] : volumes)
-        memory.volumes.emplace(name, *volume);
-    for (const auto& [name, mesh] : meshes)
-        memory.meshes.emplace(name, mesh);
+    for (const auto& [role, volume] : volumes)
+        memory.volumes.emplace(role, *volume);
+    for (const auto& [path, mesh] : meshes)
+        memory.meshes.emplace(path, mesh);
     return run<ScenePtr>(progress, [&](const Report& report) -> Result<ScenePtr> {
         const PictureOptions& o = asked.options;
         PALPATE_TRY(OpenedScene opened, open_scene(o.scene, o.read, report.stop, memory));
