@@ -49,7 +49,7 @@ bool has_transfer(const SceneOptions& options) {
 
 Result<TransferFunction> load_transfer(Option option, const std::string& name, const Grid& grid) {
     if (name.starts_with('{')) {
-        PALPATE_TRY(TransferFunction read, parse_transfer_function(name, option));
+        PALPATE_TRY(TransferFunction read, parse_transfer_function(name, text_of(option)));
         return sized(std::move(read), grid);
     }
     std::error_code error;
