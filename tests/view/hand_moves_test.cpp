@@ -32,7 +32,7 @@ class HandMoves : public testing::Test {
         work_.hand().touch().set_up(
             {.device = "exact", .path = haptics::HandPath(poses), .algorithm = "none"});
         work_.obey(order::StartHand{}, state_);
-        ASSERT_TRUE(work_.hand().touch().running()) << work_.take_message();
+        ASSERT_TRUE(work_.hand().touch().running()) << work_.take_message().shown(false);
     }
     void wait(double seconds) {
         for (; seconds > 1e-9; seconds -= 0.05) {
@@ -54,7 +54,7 @@ class HandMoves : public testing::Test {
 TEST_F(HandMoves, AFaceOfTheMeshGoesAsFarAsTheHand) {
     dab(kDrawTool, 20.0, 0.0);
     work_.obey(order::MakeMesh{}, state_);
-    ASSERT_TRUE(work_.mesh_pulling().mesh()) << work_.take_message();
+    ASSERT_TRUE(work_.mesh_pulling().mesh()) << work_.take_message().shown(false);
     const auto at_x = [&] {
         return work_.mesh_pulling().mesh()->met({{90, 0, 0}, {-1, 0, 0}}).value();
     };
@@ -76,7 +76,7 @@ TEST_F(HandMoves, WithoutAMeshThePullSaysWhatIsMissing) {
     state_.stylus.first = Carve::pull;
     start(0.0, 5.0, 0.2, 1.0);
     wait(0.6);
-    EXPECT_NE(work_.take_message().find("no mesh to pull"), std::string::npos);
+    EXPECT_NE(work_.take_message().shown(false).find("no mesh to pull"), std::string::npos);
 }
 
 TEST_F(HandMoves, SeedsArePaintedAndLabelsStay) {

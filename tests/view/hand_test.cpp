@@ -23,7 +23,7 @@ TEST_F(HandTest, AButtonWithoutAToolIsTold) {
     const auto press = [&](uint32_t buttons, double time_s) {
         state.stylus.buttons = buttons;
         work.hand().follow(state, time_s);
-        return work.take_message();
+        return work.take_message().shown(false);
     };
     EXPECT_NE(press(1, 1.1).find("this button does nothing yet"), std::string::npos);
     EXPECT_EQ(press(1, 1.2), "") << "once a press";

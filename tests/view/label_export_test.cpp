@@ -128,11 +128,11 @@ class Exports : public TemporaryFolder {
     // The last message to the person.
     std::string write_out(const DocumentOrder& order) {
         work_.obey(order, state_);
-        std::string told = work_.take_message();
+        std::string told = work_.take_message().shown(false);
         while (told.starts_with("writing ") || told.starts_with("making ")) {
             std::this_thread::yield();
             work_.poll();
-            if (std::string next = work_.take_message(); !next.empty())
+            if (std::string next = work_.take_message().shown(false); !next.empty())
                 told = std::move(next);
         }
         return told;

@@ -43,7 +43,7 @@ class Leaving : public TemporaryFolder {
             work_.poll();
             std::this_thread::yield();
         }
-        return work_.take_message();
+        return work_.take_message().shown(false);
     }
 };
 
@@ -168,14 +168,16 @@ TEST_F(SaveAndOpen, AFolderThatIsThereIsAskedForAgain) {
     type(file("taken.palpate"));
     frame({});
     EXPECT_TRUE(viewer_.state().saving_open);
-    EXPECT_EQ(viewer_.state().saving_failed,
+    EXPECT_EQ(viewer_.state().saving_failed.shown(false),
               file("taken.palpate").string() + " is there already: choose another name");
     EXPECT_TRUE(viewer_.interface().widgets().count("save/failed"));
     EXPECT_FALSE(work.saving().is_saving());
     // A folder that cannot be made is found out later.
     press_control_s();
     type(file("none/deep.palpate"));
-    frames_until([&] { return viewer_.state().saving_failed.find("deep") != std::string::npos; });
+    frames_until([&] {
+        return viewer_.state().saving_failed.shown(false).find("deep") != std::string::npos;
+    });
     EXPECT_TRUE(viewer_.state().saving_open);
     EXPECT_FALSE(work.saving().has_project());
     press_control_s();

@@ -313,12 +313,12 @@ TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
     };
     EXPECT_EQ(told({"f/no_meta.dcm: is passed over"}, {"f: 3 files are no DICOM"}),
               "f/no_meta.dcm: is passed over; f: 3 files are no DICOM");
-    // Names of other files of the folder may tell who the patient is.
-    EXPECT_EQ(viewer().work().saving().without_names(viewer().interface().message()),
-              "(notes about the files are hidden)");
     const std::string one(200, 'a');
     EXPECT_EQ(told({one, one, one}, {}), one + "; and 2 more on standard error");
-    EXPECT_EQ(said_of(viewer().work().loaded(), one, "head.nii"), "head.nii; head.nii; head.nii");
+    const Message said = said_of(viewer().work().loaded(), one, "head.nii");
+    EXPECT_EQ(said.shown(false), "head.nii; head.nii; head.nii");
+    // Names of other files of the folder may tell who the patient is.
+    EXPECT_EQ(said.shown(true), "(notes about the files are hidden)");
     frame({}, 60.0);
     frame({});
     EXPECT_EQ(viewer().interface().message(), ""); // once
@@ -328,9 +328,14 @@ TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
 TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
     open("synthetic:ball?size=24");
     const Work& work = viewer().work();
-    EXPECT_EQ(work.saving().without_names("synthetic:ball?size=24: no"), "(name hidden): no");
-    EXPECT_EQ(work.saving().without_names("nothing"), "nothing");
-    EXPECT_EQ(without_name("a.a.b", "a", "aa"), "aa.aa.b");
+    const Message saved = "saved to " + Message::name("/data/doe^john.palpate") + "; and more";
+    EXPECT_EQ(saved.shown(false), "saved to /data/doe^john.palpate; and more");
+    EXPECT_EQ(saved.shown(true), "saved to (name hidden); and more");
+    const Message failed = Message::why({"/data/doe^john: no such file"});
+    EXPECT_EQ(failed.shown(false), "/data/doe^john: no such file");
+    EXPECT_EQ(failed.shown(true), "not done, for a reason that names files");
+    EXPECT_EQ(Message("nothing").shown(true), "nothing");
+    EXPECT_TRUE(Message("").empty());
     EXPECT_EQ(work.saving().new_folder(true),
               (std::filesystem::current_path() / "work.palpate").string());
 }

@@ -114,14 +114,14 @@ void LabelExport::begin(uint16_t label, const std::string& path, bool each) {
                                            : export_labels(labels, label, file, stop, names);
                            });
                        });
-    document_.tell(fmt::format("writing {} ..", file.string()));
+    document_.tell("writing " + Message::name(file.string()) + " ..");
 }
 
 void LabelExport::poll() {
     if (!done_.valid() || done_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
     const Result<std::string> done = done_.get();
-    document_.tell(done ? *done : done.error().message);
+    document_.tell(done ? Message::of_files(*done) : Message::why(done.error()));
 }
 
 } // namespace palpate::view

@@ -36,13 +36,13 @@ OpenDocument::OpenDocument(Source& source, glm::uvec2 window_px, double text_sca
       fusion_(source.scene.scene.fusion) {
     if (source.project) {
         for (const std::string& text : source.project->notes)
-            tell_also(text);
+            tell_also(Message::of_files(text));
         if (const size_t steps = source.project->unsaved)
             tell_also(fmt::format("{} step{} since the last save {} there", steps,
                                   steps == 1 ? "" : "s", steps == 1 ? "is" : "are"));
     }
     if (source.steps)
-        tell_also(source.steps->note);
+        tell_also(Message::of_files(source.steps->note));
     tell_also(said_of(loaded_, path(), title_));
     subject_ = subject_of(source.scene, session_, notes_.known());
     subject_.home.size_px = window_px;
@@ -56,8 +56,10 @@ OpenDocument::OpenDocument(Source& source, glm::uvec2 window_px, double text_sca
     };
 }
 
-void OpenDocument::tell_also(const std::string& message) {
-    message_ += (message_.empty() || message.empty() ? "" : "; ") + message;
+void OpenDocument::tell_also(const Message& message) {
+    if (!message_.empty() && !message.empty())
+        message_ += "; ";
+    message_ += message;
 }
 
 Volume OpenDocument::grey() {
@@ -163,7 +165,7 @@ void OpenDocument::take_labels(LoadedVolume labels) {
     tell("labels read from the file");
     for (const auto* said : {&labels.warnings, &labels.notes})
         for (const std::string& text : *said)
-            tell_also(text);
+            tell_also(Message::of_files(text));
 }
 
 bool is_locked(const ViewState& state, uint16_t label) {

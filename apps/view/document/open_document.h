@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/view/document/message.h"
 #include "apps/view/document/notes_link.h"
 #include "apps/view/document/opening.h"
 
@@ -15,7 +16,7 @@ std::string series_text(const SeriesInfo& series, bool names_hidden);
 
 // The readers' notes as one message: warnings first. If they are long, the first sentences, and how
 // many more there are on standard error. The volume's path is replaced by its title, if it has one.
-std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title);
+Message said_of(const LoadedScene& loaded, const std::string& path, const std::string& title);
 
 // The document that is open: its session, its file, its volumes and notes as they are now, and the
 // message that a person reads next. The parts of a window's work (work.h) reach it through this.
@@ -44,8 +45,8 @@ class OpenDocument {
     const std::string& unit() const { return unit_; } // of the values
     double zero_hu() const { return zero_hu_; }       // the value that stands for 0 HU in a CT
 
-    void tell(std::string message) { message_ = std::move(message); }
-    void tell_also(const std::string& message); // beside what is to be told already
+    void tell(Message message) { message_ = std::move(message); }
+    void tell_also(const Message& message); // beside what is to be told already
 
     // The newest of what is edited.
     EditState edited() { return session_.state(); }
@@ -80,7 +81,7 @@ class OpenDocument {
     void show_fused(FusionLayer layer) { fusion_ = std::move(layer); }
 
  protected:
-    std::string message_;
+    Message message_;
     Subject subject_;
 
  private:

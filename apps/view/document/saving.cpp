@@ -26,7 +26,6 @@ std::string folder_beside(const std::string& title) {
 Saving::Saving(OpenDocument& document, std::optional<Project::Opened> opened)
     : document_(document),
       opened_(document.edited().document),
-      said_(said_of(document.loaded(), document.path(), document.title())),
       new_folder_(folder_beside(document.title())) {
     if (opened)
         take(std::move(opened->project));
@@ -40,15 +39,6 @@ void Saving::take(Project project) {
 std::string Saving::new_folder(bool names_hidden) const {
     const std::filesystem::path folder(new_folder_);
     return free_name(names_hidden ? folder.parent_path() / "work.palpate" : folder).string();
-}
-
-std::string Saving::without_names(std::string message) const {
-    message = without_name(std::move(message), said_, "(notes about the files are hidden)");
-    // The longest come first: a path holds the name of its file.
-    for (const std::string& name : {project_ ? project_->folder().string() : "", document_.path(),
-                                    new_folder_, document_.title()})
-        message = without_name(std::move(message), name, "(name hidden)");
-    return message;
 }
 
 bool Saving::leaving_loses_steps() {
@@ -89,20 +79,20 @@ void Saving::save(const ViewState& state, const std::string& folder) {
     session.keep(kept);
     if (project_) {
         if (Result<void> begun = project_->begin_save(session); !begun)
-            document_.tell(begun.error().message);
+            document_.tell(Message::why(begun.error()));
         return;
     }
     if (creation_)
         return document_.tell("saving; one save at a time");
     if (std::error_code ignored; std::filesystem::exists(folder, ignored))
-        return fail_save(folder, fmt::format("{} is there already: choose another name", folder));
+        return fail_save(folder, Message::name(folder) + " is there already: choose another name");
     session.settle();
     creating_ = folder;
     creation_.emplace(
         Project::begin_create_from(folder, session, document_.file(), document_.loaded().modality));
 }
 
-void Saving::fail_save(std::string folder, std::string reason) {
+void Saving::fail_save(std::string folder, Message reason) {
     document_.tell(reason);
     failed_save_ = {std::move(folder), std::move(reason)};
 }
@@ -113,19 +103,19 @@ void Saving::poll() {
         if (std::optional<Result<Project>> made = creation_->poll(session)) {
             creation_.reset();
             if (!*made)
-                return fail_save(creating_, made->error().message);
+                return fail_save(creating_, Message::why(made->error()));
             take(std::move(**made));
             document_.steps_file().discard(); // it has them
             document_.set_title(project_->folder().filename().string());
             new_project_ = project_->folder().string();
-            document_.tell(fmt::format("saved to {}; later steps are kept there as they are done",
-                                       new_project_));
+            document_.tell("saved to " + Message::name(new_project_) +
+                           "; later steps are kept there as they are done");
         }
     if (!project_)
         return;
     if (const std::optional<Result<void>> ended = project_->poll(session, profile::now_ns()))
-        document_.tell(*ended ? fmt::format("saved to {}", project_->folder().string())
-                              : ended->error().message);
+        document_.tell(*ended ? "saved to " + Message::name(project_->folder().string())
+                              : Message::why(ended->error()));
 }
 
 Result<void> add_maps(Project::Opened& project) {

@@ -27,7 +27,8 @@ class Saving {
     std::string take_new_project() { return std::exchange(new_project_, {}); }
     // A save to a new project that failed, and why: once.
     struct FailedSave {
-        std::string folder, reason;
+        std::string folder;
+        Message reason;
     };
     std::optional<FailedSave> take_failed_save() {
         return std::exchange(failed_save_, std::nullopt);
@@ -36,17 +37,13 @@ class Saving {
     // The folder that a new project is offered, one that is not there: named after the file, or,
     // where names are hidden, not.
     std::string new_folder(bool names_hidden) const;
-    // A message without the names of the file and of the project that are open, and without what
-    // readers said: other files of the folder have names, too.
-    std::string without_names(std::string message) const;
 
  private:
     void take(Project project);
-    void fail_save(std::string folder, std::string reason);
+    void fail_save(std::string folder, Message reason);
 
     OpenDocument& document_;
     const Document opened_;        // with the steps that came back
-    const std::string said_;       // by readers
     const std::string new_folder_; // named after the file
     std::string new_project_;
     std::optional<Project> project_;
@@ -54,9 +51,6 @@ class Saving {
     std::string creating_; // the folder of creation_
     std::optional<FailedSave> failed_save_;
 };
-
-// A text with another in the place of a name, wherever it stands there. An empty name: the text.
-std::string without_name(std::string text, const std::string& name, const std::string& instead);
 
 // Maps that a person may draw on are no edits: a project that lacks them gets empty ones, where it
 // has no unsaved steps.

@@ -13,6 +13,13 @@ namespace palpate::view {
 
 namespace {
 constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coarser level
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+    if (!what.empty())
+        for (size_t at = 0; (at = text.find(what, at)) != text.npos; at += by.size())
+            text.replace(at, what.size(), by);
+    return text;
+}
 } // namespace
 
 void Work::watch(const ViewState& state) {
@@ -36,31 +43,25 @@ void Work::watch(const ViewState& state) {
     figures_.want(std::move(wish));
 }
 
-std::string without_name(std::string text, const std::string& name, const std::string& instead) {
-    if (!name.empty())
-        for (size_t at = 0; (at = text.find(name, at)) != text.npos; at += instead.size())
-            text.replace(at, name.size(), instead);
-    return text;
-}
-
 std::string series_text(const SeriesInfo& series, bool names_hidden) {
     const std::string description = fmt::format(" '{}'", series.description);
     return fmt::format("{}{}, {}", series.modality, names_hidden ? "" : description,
                        series.content);
 }
 
-std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title) {
+Message said_of(const LoadedScene& loaded, const std::string& path, const std::string& title) {
     constexpr size_t kMostLetters = 300;
     std::vector<std::string> all = loaded.warnings;
     all.insert(all.end(), loaded.notes.begin(), loaded.notes.end());
     std::string said;
     for (size_t i = 0; i < all.size(); ++i) {
-        const std::string one = title.empty() ? all[i] : without_name(all[i], path, title);
+        const std::string one = title.empty() ? all[i] : replaced(all[i], path, title);
         if (i > 0 && said.size() + one.size() > kMostLetters)
-            return said + fmt::format("; and {} more on standard error", all.size() - i);
+            return Message::of_files(said) +
+                   fmt::format("; and {} more on standard error", all.size() - i);
         said += (i > 0 ? "; " : "") + one;
     }
-    return said;
+    return Message::of_files(said);
 }
 
 std::optional<Measured> Work::measured(const Measure& one) {
@@ -93,7 +94,8 @@ void Work::export_measures(const ViewState& state, const std::string& path) {
     std::error_code ignored;
     const auto file = std::filesystem::absolute(free_name(path), ignored);
     const Result<void> saved = save_bytes(file, std::as_bytes(std::span(text)));
-    message_ = saved ? fmt::format("measures written: {}", file.string()) : saved.error().message;
+    message_ =
+        saved ? "measures written: " + Message::name(file.string()) : Message::why(saved.error());
 }
 
 } // namespace palpate::view

@@ -101,11 +101,11 @@ void Work::poll() {
     tell_locked();
 }
 
-std::string Work::take_message() {
+Message Work::take_message() {
     std::string refusal = session().take_refusal();
     if (refusal.empty())
         refusal = hand_.touch().take_message();
-    return refusal.empty() ? std::exchange(message_, {}) : refusal;
+    return refusal.empty() ? std::exchange(message_, {}) : Message(std::move(refusal));
 }
 
 bool Work::leaving_loses_edits() {

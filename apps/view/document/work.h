@@ -55,7 +55,7 @@ class Work : public OpenDocument {
     bool leaving_loses_edits();
     // A message that a person should read, once each: a refusal of the editor, or the result of a
     // save.
-    std::string take_message();
+    Message take_message();
 
  private:
     void export_measures(const ViewState& state, const std::string& path);

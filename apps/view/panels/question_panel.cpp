@@ -78,11 +78,8 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
         ui.note("save/folder");
         if (!state.saving_failed.empty()) {
             ImGui::PushTextWrapPos(0.5f * static_cast<float>(state.size_px.x));
-            ImGui::TextColored(
-                accent(state), "%s",
-                (state.names_hidden ? work.saving().without_names(state.saving_failed)
-                                    : state.saving_failed)
-                    .c_str());
+            ImGui::TextColored(accent(state), "%s",
+                               state.saving_failed.shown(state.names_hidden).c_str());
             ImGui::PopTextWrapPos();
             ui.note("save/failed");
         }
@@ -101,7 +98,7 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
     if (!state.saving_open) {
         folder = {};
         state.saving_folder.clear();
-        state.saving_failed.clear();
+        state.saving_failed = {};
     }
 }
 

@@ -104,9 +104,8 @@ void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& wo
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip("%s", sample_text(work, at).c_str());
     const EditState edit = work.edited();
-    if (std::string message = work.take_message(); !message.empty()) {
-        line.message =
-            state.names_hidden ? work.saving().without_names(std::move(message)) : message;
+    if (const Message message = work.take_message(); !message.empty()) {
+        line.message = message.shown(state.names_hidden);
         line.told_s = ui.time_s;
     }
     if (const double behind_s = work.hand().backlog().seconds; behind_s > HandLink::kFarBehind_s) {

@@ -9,6 +9,7 @@
 
 #include "apps/view/document/figure_setup.h"
 #include "apps/view/document/live_surface.h"
+#include "apps/view/document/message.h"
 #include "apps/view/document/segmenting.h"
 #include "apps/view/panels/transfer_editor.h"
 #include "apps/view/script/event.h"
@@ -127,7 +128,8 @@ struct ViewState {
     bool saving_open = false;    // the question where to; keys are for it alone
     bool saving_typing = false;  // its text field takes the keys from the next frame on
     bool saving_entered = false; // Enter was pressed, and not in a text field
-    std::string saving_folder, saving_failed; // where to in vain, and why; empty: not tried yet
+    std::string saving_folder;   // where to in vain; empty: not tried yet
+    Message saving_failed;       // why
     std::optional<Leaving> leaving;
     bool search_open = false;      // the search box (Ctrl+K)
     bool touch_open = false;       // the window of touch

@@ -102,7 +102,7 @@ class Viewer {
     template <class Read>
     auto start_opening(const std::string& path, Read read); // its future
     bool may_open();                                        // else a person is told why not
-    void tell_unopened(const Error& error, const std::string& path);
+    void tell_unopened(const Error& error);
     // Closes or opens where no edits are lost; else a person is asked first.
     void ask_to_leave(Leaving leaving);
     void leave();
@@ -167,8 +167,8 @@ class Viewer {
         std::stop_source stop;
         std::atomic<uint32_t> drawn{0};
         uint32_t pictures = 1;
-        std::function<void()> on_drawn;           // may be empty
-        std::future<Result<std::string>> written; // what is told
+        std::function<void()> on_drawn;       // may be empty
+        std::future<Result<Message>> written; // what is told
     };
     std::unique_ptr<FigureRun> figure_;
     bool beside_is_labels_ = false; // what is opened beside the volume

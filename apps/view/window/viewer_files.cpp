@@ -19,8 +19,8 @@ namespace palpate::view {
 
 namespace {
 
-std::string written(const std::filesystem::path& path) {
-    return fmt::format("picture written: {}", std::filesystem::absolute(path).string());
+Message written(const std::filesystem::path& path) {
+    return "picture written: " + Message::name(std::filesystem::absolute(path).string());
 }
 
 } // namespace
@@ -190,23 +190,19 @@ static size_t images_beside(const std::filesystem::path& path) {
     return images;
 }
 
-void Viewer::tell_unopened(const Error& error, const std::string& path) {
+void Viewer::tell_unopened(const Error& error) {
     const bool cancelled = stop_opening_.stop_requested();
     if (!cancelled)
         log::error("{}", error.message);
-    work_->tell(cancelled             ? "opening was cancelled"
-                : state_.names_hidden ? without_name(error.message, path, "(name hidden)")
-                                      : error.message);
+    work_->tell(cancelled ? "opening was cancelled" : Message::why(error));
 }
 
 void Viewer::take_beside(Result<LoadedVolume> opened) {
-    const std::string path = std::exchange(state_.opening, {});
+    state_.opening.clear();
     if (!opened)
-        return tell_unopened(opened.error(), path);
+        return tell_unopened(opened.error());
     for (const std::string& warning : opened->warnings)
         log::warning("{}", warning);
-    if (state_.names_hidden)
-        opened->warnings.clear(); // they name files
     if (beside_is_labels_)
         work_->take_labels(std::move(*opened));
     else
@@ -221,13 +217,13 @@ void Viewer::show_fused(LoadedVolume opened) {
     state_.fusion_opacity = 0.5;
     make_pictures();
     for (const std::string& warning : opened.warnings)
-        work_->tell_also(warning);
+        work_->tell_also(Message::of_files(warning));
 }
 
 void Viewer::take_opened(Result<Source> opened) {
     const std::string path = std::exchange(state_.opening, {});
     if (!opened)
-        return tell_unopened(opened.error(), path);
+        return tell_unopened(opened.error());
     const ViewState before = state_;
     work_->steps_file().drop();
     begin(std::move(*opened));
@@ -261,7 +257,7 @@ void Viewer::save_picture() {
     }
     const std::filesystem::path path = free_name(file_name() + ".png", 1);
     const Result<void> saved = save_png(path, capture());
-    work_->tell(saved ? written(path) : saved.error().message);
+    work_->tell(saved ? written(path) : Message::why(saved.error()));
 }
 
 // Prints a figure of a view: without what belongs to the window alone, as the tool of a hand. A
@@ -282,8 +278,9 @@ void Viewer::print_figure(const std::string& file) {
     std::filesystem::path path(file);
     const bool is_movie = turn.frames > 0 && path.extension() == ".mp4";
     if (!is_movie && path.extension() != ".png") {
-        work_->tell(fmt::format("expected a name ending in .png{}, found '{}'",
-                                turn.frames > 0 ? " or .mp4" : "", file));
+        work_->tell(fmt::format("expected a name ending in .png{}, found ",
+                                turn.frames > 0 ? " or .mp4" : "") +
+                    Message::name(fmt::format("'{}'", file)));
         return;
     }
     if (turn.frames > 0 && !is_movie && file.find_first_of("#%") == file.npos)
@@ -294,8 +291,8 @@ void Viewer::print_figure(const std::string& file) {
         return std::filesystem::exists(name);
     });
     if (!named || there != names.end()) {
-        work_->tell(named ? fmt::format("{} is there already: choose another name", *there)
-                          : named.error().message);
+        work_->tell(named ? Message::name(*there) + " is there already: choose another name"
+                          : Message::why(named.error()));
         return;
     }
     if (names.empty())
@@ -340,7 +337,7 @@ void Viewer::print_figure(const std::string& file) {
     figure_->written = std::async(
         std::launch::async,
         [draw, turn, path, grid, camera = scene.camera,
-         stop = figure_->stop.get_token()]() -> Result<std::string> {
+         stop = figure_->stop.get_token()]() -> Result<Message> {
             try {
                 if (turn.frames == 0) {
                     PALPATE_TRY(draw(camera, path.string()));
@@ -352,8 +349,8 @@ void Viewer::print_figure(const std::string& file) {
             } catch (const std::exception& error) {
                 return fail("{}: {}", path.string(), failure_text(error));
             }
-            return fmt::format("{} pictures written: {}", turn.frames,
-                               std::filesystem::absolute(path).string());
+            return fmt::format("{} pictures written: ", turn.frames) +
+                   Message::name(std::filesystem::absolute(path).string());
         });
     work_->tell(turn.frames == 0 ? "drawing the figure .."
                                  : fmt::format("drawing {} pictures ..", turn.frames));
@@ -364,8 +361,8 @@ void Viewer::follow_figure() {
     if (!figure_)
         return;
     if (figure_->written.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-        const Result<std::string> told = figure_->written.get();
-        work_->tell(told ? *told : told.error().message);
+        const Result<Message> told = figure_->written.get();
+        work_->tell(told ? *told : Message::why(told.error()));
         figure_.reset();
     } else {
         state_.figure.share = static_cast<double>(figure_->drawn) / figure_->pictures;
