@@ -42,7 +42,7 @@ void HandLink::start(const std::string& device, const Stylus& stylus) {
 // Gives the session what strokes of the left button's tool do.
 bool HandLink::take_tool(const ViewState& state) {
     const Carve carve = state.tool->stroke;
-    if (!is_stroke(carve) || (is_on_labels(carve) && !document_.make_labels()))
+    if (!row_of(carve).stroke || (row_of(carve).on_labels && !document_.make_labels()))
         return false;
     std::optional<EditSetup> setup =
         stroke_edit(document_, carve, TipShape::ball, state, disc_across_ != glm::dvec3(0.0));
@@ -96,7 +96,7 @@ void HandLink::hold_tools(const ViewState& state) {
     Session& session = document_.session();
     const Carve carves[] = {state.stylus.first, state.stylus.second};
     for (uint8_t tool = 0; tool < Editor::kTools; ++tool) {
-        if (!is_stroke(carves[tool])) {
+        if (!row_of(carves[tool]).stroke) {
             rack_.lay_down(session, tool);
             continue;
         }
@@ -106,7 +106,7 @@ void HandLink::hold_tools(const ViewState& state) {
                 continue; // they come with one of the next frames
             seeds_asked_ = !are_there;
         }
-        if (is_on_labels(carves[tool]) && !document_.labels()) {
+        if (row_of(carves[tool]).on_labels && !document_.labels()) {
             if (labels_asked_ || !document_.make_labels())
                 continue; // comes with one of the next frames
             labels_asked_ = true;

@@ -41,7 +41,7 @@ void MeshWriting::begin(const MeshExport& wanted, const std::string& path) {
                 return fail("{}: {}", file.string(), error.what());
             }
         });
-    document_.tell(fmt::format("making {} ..", file.string()));
+    document_.tell("making " + Message::name(file.string()) + " ..");
 }
 
 std::optional<MeshWriting::Share> MeshWriting::share() const {
@@ -52,7 +52,7 @@ void MeshWriting::poll() {
     if (!done_.valid() || done_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
     const Result<std::string> done = done_.get();
-    document_.tell(done ? *done : done.error().message);
+    document_.tell(done ? Message::of_files(*done) : Message::why(done.error()));
 }
 
 } // namespace palpate::view

@@ -9,31 +9,6 @@ namespace palpate::view {
 
 namespace {
 
-OperationKind kind_of(Carve carve) {
-    switch (carve) {
-        case Carve::erase:
-            return OperationKind::erase;
-        case Carve::erode:
-            return OperationKind::erode;
-        case Carve::dilate:
-            return OperationKind::dilate;
-        case Carve::smooth:
-            return OperationKind::smooth;
-        case Carve::cut:
-            return OperationKind::cut;
-        case Carve::drill:
-        case Carve::add:
-            return OperationKind::mill;
-        case Carve::nothing:
-        case Carve::draw:
-        case Carve::seed:
-        case Carve::pull:
-        case Carve::crosshair:
-            break;
-    }
-    return OperationKind::draw;
-}
-
 // The edit of a tool on a volume. A ball of labels between samples still draws the one that its
 // middle is in; cuts are by the tool's surface.
 EditSetup tool_edit(const OpenDocument& document, Carve carve, TipShape shape, uint16_t label,
@@ -44,15 +19,15 @@ EditSetup tool_edit(const OpenDocument& document, Carve carve, TipShape shape, u
                             {"radius_mm", state.radius_mm},
                             {"length_mm", disc_thickness_mm(grid)}}
                      : shape_json(shape, state.radius_mm);
-    if (is_on_labels(carve) && state.radius_mm < largest_spacing_mm(grid))
+    if (row_of(carve).on_labels && state.radius_mm < largest_spacing_mm(grid))
         json = Json{{"kind", "union"}, {"of", Json::array({json, {{"kind", "point"}}})}};
     EditSetup setup{json, tool_of(json), {}, on, {}};
     Operation& operation = setup.operation;
-    operation.kind = kind_of(carve);
+    operation.kind = row_of(carve).stroke.value_or(OperationKind::draw);
     operation.label = label;
     if (carve == Carve::smooth)
         operation.radius_mm = std::max(state.radius_mm, largest_spacing_mm(grid));
-    if (carve == Carve::drill || carve == Carve::add) {
+    if (mills(carve)) {
         const double width = std::max(1e-6, double{range.max} - range.min);
         operation.rates = {{0.0, state.stylus.rate_per_s * width}};
         operation.falloff_mm = 0.5 * smallest_spacing_mm(grid);
@@ -86,7 +61,7 @@ std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipSha
         return seed_edit(document, shape, state);
     // Locked labels stay, and so do the grey values under them.
     const std::vector<uint16_t>& locked = state.notes.locked_labels;
-    if (!is_on_labels(carve)) {
+    if (!row_of(carve).on_labels) {
         EditSetup setup =
             tool_edit(document, carve, shape, state.label, document.grey_name(), state);
         if (!locked.empty() && document.labels()) {

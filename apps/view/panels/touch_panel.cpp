@@ -146,7 +146,6 @@ void draw_buttons(Widgets& ui, ViewState& state, const Work& work) {
         hint("in 3D wheel up: deeper; the middle button rotates");
     choose_named("shape", stylus.shape, kTipShapes);
     ui.note("touch/shape");
-    const auto mills = [](Carve carve) { return carve == Carve::drill || carve == Carve::add; };
     if (mills(stylus.first) || mills(stylus.second)) {
         slide("rate", stylus.rate_per_s, 0.1, 100.0, "%.2g ranges/s", true);
         ui.note("touch/rate");

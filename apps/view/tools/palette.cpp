@@ -16,8 +16,8 @@ namespace {
 constexpr double kWidth = 0.15, kHeight = 0.055, kTravel = 0.02, kEvery = 0.075, kFromLeft = 0.06;
 // The height of a row; the side of a handle.
 constexpr double kListRow = 0.042, kHandle = 0.06;
-constexpr Carve kCarveButtons[] = {Carve::nothing, Carve::draw, Carve::erase, Carve::cut,
-                                   Carve::drill};
+const auto kCarveButtons = std::count_if(std::begin(kCarveTable), std::end(kCarveTable),
+                                         [](const CarveRow& row) { return row.in_palette; });
 constexpr double kLeast_mm = 0.5, kMost_mm = 20.0; // of the radius, on a logarithmic scale
 
 void add_box(Mesh& mesh, glm::dvec3 low, glm::dvec3 high, uint16_t label) {
@@ -73,13 +73,14 @@ std::vector<Widget3d> palette_of(const ViewState& state) {
     };
     const auto row = [&] {
         return kEvery *
-               (0.5 * (std::size(kCarveButtons) + 1) - static_cast<double>(palette.size()));
+               (0.5 * static_cast<double>(kCarveButtons + 1) - static_cast<double>(palette.size()));
     };
     const auto add = [&](std::string id, Widget3d::Kind kind, double value) {
         put(std::move(id), kind, value, row(), kHeight);
     };
-    for (const Carve carve : kCarveButtons)
-        add(name_of(carve), Widget3d::Kind::button, state.stylus.first == carve);
+    for (const CarveRow& carve : kCarveTable)
+        if (carve.in_palette)
+            add(carve.name, Widget3d::Kind::button, state.stylus.first == carve.carve);
     add("undo", Widget3d::Kind::button, 0.0);
     add("radius", Widget3d::Kind::slider, slider_of(state.radius_mm));
     const double shapes = kListRow * std::size(kTipShapes);
@@ -146,9 +147,9 @@ bool press_widget(ViewState& state, const Widget3d& widget, const haptics::Plate
                 by_mm * (widget.plate.top.rotation * glm::dvec3(0.0, 0.0, 1.0));
         return false;
     }
-    for (const Carve carve : kCarveButtons)
-        if (widget.id == name_of(carve))
-            state.stylus.first = carve;
+    for (const CarveRow& carve : kCarveTable)
+        if (carve.in_palette && widget.id == carve.name)
+            state.stylus.first = carve.carve;
     return widget.id == "undo";
 }
 

@@ -4,11 +4,13 @@
 
 namespace palpate::view {
 
-const char* name_of(Carve carve) {
-    constexpr const char* names[] = {"nothing", "draw",  "erase", "erode", "dilate", "smooth",
-                                     "cut",     "drill", "add",   "seed",  "pull",   "crosshair"};
-    return names[static_cast<size_t>(carve)];
-}
+static_assert([] {
+    size_t number = 0;
+    for (const CarveRow& row : kCarveTable)
+        if (static_cast<size_t>(row.carve) != number++)
+            return false;
+    return number == static_cast<size_t>(Carve::crosshair) + 1;
+}());
 
 const char* name_of(TipShape shape) {
     constexpr const char* names[] = {"ball", "box", "cylinder", "burr"};

@@ -1,9 +1,14 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <iterator>
+#include <optional>
 
 #include "engine/base/tool_pose.h"
+#include "engine/edit/operation.h"
 
 namespace palpate::view {
 
@@ -18,19 +23,46 @@ enum class Carve {
     cut,
     drill,
     add,
-    seed,     // with the brush of the segmentation
-    pull,     // the mesh of a label
-    crosshair // goes where the tool is
+    seed,
+    pull,
+    crosshair
 };
-constexpr Carve kCarves[] = {Carve::nothing, Carve::draw,   Carve::erase, Carve::erode,
-                             Carve::dilate,  Carve::smooth, Carve::cut,   Carve::drill,
-                             Carve::add,     Carve::seed,   Carve::pull,  Carve::crosshair};
-const char* name_of(Carve carve);
-constexpr bool is_stroke(Carve carve) { // of the editor
-    return carve != Carve::nothing && carve != Carve::pull && carve != Carve::crosshair;
+struct CarveRow {
+    Carve carve;
+    const char* name;
+    std::optional<OperationKind> stroke{}; // that the editor makes of it; none: it is no stroke
+    bool on_labels = false;                // and not on grey values or seeds
+    bool in_palette = false;               // has a button among the widgets in 3D
+};
+// All of them, in the order of the enum.
+inline constexpr CarveRow kCarveTable[] = {
+    {Carve::nothing, "nothing", {}, false, true},
+    {Carve::draw, "draw", OperationKind::draw, true, true},
+    {Carve::erase, "erase", OperationKind::erase, true, true},
+    {Carve::erode, "erode", OperationKind::erode, true},
+    {Carve::dilate, "dilate", OperationKind::dilate, true},
+    {Carve::smooth, "smooth", OperationKind::smooth, true},
+    {Carve::cut, "cut", OperationKind::cut, false, true},
+    {Carve::drill, "drill", OperationKind::mill, false, true},
+    {Carve::add, "add", OperationKind::mill},
+    {Carve::seed, "seed", OperationKind::draw}, // with the brush of the segmentation
+    {Carve::pull, "pull"},                      // the mesh of a label
+    {Carve::crosshair, "crosshair"},            // goes where the tool is
+};
+inline constexpr auto kCarves = [] {
+    std::array<Carve, std::size(kCarveTable)> all{};
+    for (size_t i = 0; i < all.size(); ++i)
+        all[i] = kCarveTable[i].carve;
+    return all;
+}();
+constexpr const CarveRow& row_of(Carve carve) {
+    return kCarveTable[static_cast<size_t>(carve)];
 }
-constexpr bool is_on_labels(Carve carve) {
-    return carve >= Carve::draw && carve <= Carve::smooth;
+constexpr const char* name_of(Carve carve) {
+    return row_of(carve).name;
+}
+constexpr bool mills(Carve carve) {
+    return row_of(carve).stroke == OperationKind::mill;
 }
 
 enum class TipShape { ball, box, cylinder, burr };

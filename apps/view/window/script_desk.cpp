@@ -54,7 +54,7 @@ void ScriptDesk::obey(Viewer& viewer) {
         own_path_ = std::filesystem::absolute(free_name(record->path)).string();
         own_.emplace(own_path_, viewer.state().size_px, viewer.state().text_scale);
         if (own_->failed()) {
-            viewer.work().tell(fmt::format("{}: cannot be written", own_path_));
+            viewer.work().tell(Message::name(own_path_) + ": cannot be written");
             own_.reset();
         }
     } else if (const auto* play = std::get_if<order::PlayScript>(&*order)) {
@@ -62,11 +62,11 @@ void ScriptDesk::obey(Viewer& viewer) {
         if (script)
             this->play(std::move(*script), play->speed);
         else
-            viewer.work().tell(script.error().message);
+            viewer.work().tell(Message::why(script.error()));
     } else if (own_) {
         own_->drop_last_press();
-        viewer.work().tell(own_->failed() ? fmt::format("{}: cannot be written", own_path_)
-                                          : fmt::format("recorded: {}", own_path_));
+        viewer.work().tell(own_->failed() ? Message::name(own_path_) + ": cannot be written"
+                                          : "recorded: " + Message::name(own_path_));
         own_.reset();
     }
 }

@@ -24,7 +24,8 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
       drawing_(std::make_unique<UiDrawing>(interface, format)),
       interface_scale_(text_scale),
       kept_(options_.settings),
-      liked_scale_(kept_.text_scale) {
+      liked_scale_(kept_.text_scale),
+      opening_(options_.threaded) {
     state_.size_px = size_px;
     state_.text_scale = text_scale;
     begin(std::move(source));
@@ -89,7 +90,7 @@ void Viewer::drop_pictures() {
 }
 
 Viewer::~Viewer() {
-    stop_opening_.request_stop();
+    opening_.cancel();
     end_figure();
 }
 
@@ -125,7 +126,7 @@ bool Viewer::attempt_part(const std::string& what, Do&& act) {
         constexpr double kAgain_s = 10.0; // what fails in each frame
         if (told != last_failure_ || time_s_ > failed_s_ + kAgain_s) {
             log::error("{}", told);
-            work_->tell(told);
+            work_->tell(what + ": " + Message::why({failure_text(error)}));
             last_failure_ = told;
             failed_s_ = time_s_;
         }
@@ -143,7 +144,7 @@ bool Viewer::has_all() {
     });
     if (pictures_)
         if (const auto failure = pictures_->failure(); failure && failure->for_lack_of_memory) {
-            work_->tell("pictures: " + failure->why);
+            work_->tell("pictures: " + failure->why); // of memory
             drop_pictures(); // what was being drawn is in no known state
             pictures_failed_s_ = time_s_;
         }
@@ -161,7 +162,7 @@ void Viewer::obey(const Order& order, bool& wants_picture) {
         [&](order::OpenLast) { open_last(); },
         [&](const order::OpenLabels& file) { open_beside(file.path, true); },
         [&](const order::OpenFused& file) { open_beside(file.path, false); },
-        [&](order::CancelOpening) { stop_opening_.request_stop(); },
+        [&](order::CancelOpening) { opening_.cancel(); },
         [&](order::Close) { ask_to_leave({.closes = true}); },
         [&](order::Leave) {
             if (state_.leaving)

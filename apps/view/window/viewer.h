@@ -10,6 +10,7 @@
 #include "apps/view/drawing/ui_drawing.h"
 #include "apps/view/panels/interface.h"
 #include "apps/view/script/script.h"
+#include "apps/view/window/file_opening.h"
 #include "apps/view/window/settings.h"
 #include "engine/base/json.h"
 #include "engine/image/image.h"
@@ -99,9 +100,8 @@ class Viewer {
     void open(const std::string& path, const std::string& series);
     void open_last();
     void open_beside(const std::string& path, bool labels);
-    template <class Read>
-    auto start_opening(const std::string& path, Read read); // its future
-    bool may_open();                                        // else a person is told why not
+    void show_opening(const std::string& path);
+    bool may_open(); // else a person is told why not
     void tell_unopened(const Error& error);
     // Closes or opens where no edits are lost; else a person is asked first.
     void ask_to_leave(Leaving leaving);
@@ -156,13 +156,10 @@ class Viewer {
     std::string last_failure_;     // of a part of a frame, and when it was
     double failed_s_ = -1e9;
     double pictures_failed_s_ = -1e9; // when memory for pictures had run out
-    std::stop_source stop_opening_;
     bool done_ = false;
     std::optional<ScriptOrder> script_order_;
     std::unique_ptr<SeriesPreviews> previews_;
-    bool new_previews_ = false;  // since record()
-    bool offers_series_ = false; // of the folder that is being opened
-    std::shared_ptr<std::atomic<double>> opening_share_;
+    bool new_previews_ = false; // since record()
     struct FigureRun {
         std::stop_source stop;
         std::atomic<uint32_t> drawn{0};
@@ -171,10 +168,7 @@ class Viewer {
         std::future<Result<Message>> written; // what is told
     };
     std::unique_ptr<FigureRun> figure_;
-    bool beside_is_labels_ = false; // what is opened beside the volume
-    // Last: their threads end before the rest goes.
-    std::future<Result<Source>> opening_;
-    std::future<Result<LoadedVolume>> opening_beside_;
+    FileOpening opening_; // last: its threads end before the rest goes
 };
 
 } // namespace palpate::view

@@ -25,41 +25,29 @@ Message written(const std::filesystem::path& path) {
 
 } // namespace
 
-// On a thread of its own, where there are threads; it can be stopped, and says how far it is.
-template <class Read>
-auto Viewer::start_opening(const std::string& path, Read read) {
-    stop_opening_ = std::stop_source();
+void Viewer::show_opening(const std::string& path) {
     state_.opening = path;
     state_.opening_since_s = time_s_;
     state_.opening_share = 0.0;
-    opening_share_ = std::make_shared<std::atomic<double>>(0.0);
-    return std::async(
-        options_.threaded ? std::launch::async : std::launch::deferred,
-        [read = std::move(read), path, stop = stop_opening_.get_token(),
-         share = opening_share_]() -> std::invoke_result_t<const Read&, const std::stop_token&,
-                                                           const std::function<void(double)>&> {
-            return attempt(path, [&] { return read(stop, [share](double s) { *share = s; }); });
-        });
 }
 
 bool Viewer::may_open() {
-    const bool is_opening = opening_.valid() || opening_beside_.valid();
-    if (is_opening)
+    if (opening_.is_under_way())
         work_->tell("a file is being read: cancel it first");
-    return !is_opening;
+    return !opening_.is_under_way();
 }
 
 void Viewer::open(const std::string& path, const std::string& series) {
     if (!options_.open || !may_open())
         return;
-    offers_series_ = series.empty();
-    opening_ = start_opening(
-        path, [open = options_.open, path, series](const std::stop_token& stop,
-                                                   const std::function<void(double)>& progress) {
-            return open(path, series, stop, progress);
-        });
+    show_opening(path);
+    opening_.begin(path, series.empty(),
+                   [open = options_.open, path, series](
+                       const std::stop_token& stop, const std::function<void(double)>& progress) {
+                       return open(path, series, stop, progress);
+                   });
     if (!options_.threaded)
-        take_opened(opening_.get());
+        poll_opening();
 }
 
 void Viewer::open_last() {
@@ -77,7 +65,6 @@ void Viewer::open_beside(const std::string& path, bool labels) {
         return;
     if (figure_ && !labels)
         return work_->tell("a figure is being drawn: open the volume after it");
-    beside_is_labels_ = labels;
     const auto read = [open = options_.open_beside, path, labels, grid = work_->subject().grid](
                           const std::stop_token& stop,
                           const std::function<void(double)>& progress) -> Result<LoadedVolume> {
@@ -93,9 +80,10 @@ void Viewer::open_beside(const std::string& path, bool labels) {
             return fail("{}", apart);
         return opened;
     };
-    opening_beside_ = start_opening(path, read);
+    show_opening(path);
+    opening_.begin_beside(path, labels, read);
     if (!options_.threaded)
-        take_beside(opening_beside_.get());
+        poll_opening();
 }
 
 void Viewer::ask_to_leave(Leaving leaving) {
@@ -165,16 +153,14 @@ void Viewer::follow_previews() {
 }
 
 void Viewer::poll_opening() {
-    if (opening_.valid())
-        state_.opening_share = *opening_share_;
-    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
-        take_opened(opening_.get());
-    if (opening_beside_.valid()) {
-        state_.opening_share = *opening_share_;
-        if (!work_->hand().is_drawing() &&
-            opening_beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
-            take_beside(opening_beside_.get());
-    }
+    if (!opening_.is_under_way())
+        return;
+    state_.opening_share = opening_.share();
+    if (auto opened = opening_.take())
+        take_opened(std::move(*opened));
+    else if (!work_->hand().is_drawing())
+        if (auto beside = opening_.take_beside())
+            take_beside(std::move(*beside));
 }
 
 // How many files of a DICOM file's kind lie in its folder, itself among them; 0: it is none.
@@ -191,7 +177,7 @@ static size_t images_beside(const std::filesystem::path& path) {
 }
 
 void Viewer::tell_unopened(const Error& error) {
-    const bool cancelled = stop_opening_.stop_requested();
+    const bool cancelled = opening_.is_cancelled();
     if (!cancelled)
         log::error("{}", error.message);
     work_->tell(cancelled ? "opening was cancelled" : Message::why(error));
@@ -203,7 +189,7 @@ void Viewer::take_beside(Result<LoadedVolume> opened) {
         return tell_unopened(opened.error());
     for (const std::string& warning : opened->warnings)
         log::warning("{}", warning);
-    if (beside_is_labels_)
+    if (opening_.is_of_labels())
         work_->take_labels(std::move(*opened));
     else
         show_fused(std::move(*opened));
@@ -235,7 +221,7 @@ void Viewer::take_opened(Result<Source> opened) {
     state_.task = before.task;
     state_.sections = before.sections;
     state_.panel_px = before.panel_px;
-    state_.series_open = offers_series_ && work_->series().size() > 1;
+    state_.series_open = opening_.asks_series() && work_->series().size() > 1;
     if (const size_t images = images_beside(path); images > 1 && work_->subject().grid.size.z == 1)
         work_->tell_also(
             fmt::format("one image of {} files: open their folder for the series", images));
