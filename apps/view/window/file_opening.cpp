@@ -22,12 +22,12 @@ template <class Opened>
 std::future<Result<Opened>> FileOpening::start(const std::string& path, Read<Opened> read) {
     stop_ = std::stop_source();
     share_ = std::make_shared<std::atomic<double>>(0.0);
-    return std::async(
-        threaded_ ? std::launch::async : std::launch::deferred,
-        [read = std::move(read), path, stop = stop_.get_token(),
-         share = share_]() -> Result<Opened> {
-            return attempt(path, [&] { return read(stop, [share](double s) { *share = s; }); });
-        });
+    return std::async(threaded_ ? std::launch::async : std::launch::deferred,
+                      [read = std::move(read), path, stop = stop_.get_token(),
+                       share = share_]() -> Result<Opened> {
+                          return attempt(
+                              path, [&] { return read(stop, [share](double s) { *share = s; }); });
+                      });
 }
 
 void FileOpening::begin(const std::string& path, bool asks_series, Read<Source> read) {

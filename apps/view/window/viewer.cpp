@@ -145,7 +145,7 @@ bool Viewer::has_all() {
     if (pictures_)
         if (const auto failure = pictures_->failure(); failure && failure->for_lack_of_memory) {
             work_->tell("pictures: " + failure->why); // of memory
-            drop_pictures(); // what was being drawn is in no known state
+            drop_pictures();                          // what was being drawn is in no known state
             pictures_failed_s_ = time_s_;
         }
     if (!pictures_ && time_s_ >= pictures_failed_s_ + kAgain_s)
