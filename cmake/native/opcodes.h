@@ -6,6 +6,7 @@
 // them. Lists of macros, so that names can be printed.
 namespace translator {
 
+// clang-format off
 #define PALPATE_OPCODES(X)                                                                                                                      \
     X(Undef, 1)                                                                                                                                 \
     X(Name, 5)                                                                                                                                  \
@@ -109,6 +110,7 @@ namespace translator {
                                                                                                               349)                              \
                                                                                                                 X(CopyLogical,                  \
                                                                                                                   400)
+// clang-format on
 
 enum Op : uint32_t {
 #define PALPATE_ENUM(name, number) k##name = number,

@@ -107,7 +107,8 @@ LANES_INLINE void part_pair(const float* texels, IntPart at, FloatPart& first, F
 
 // Linear between the eight texels about a place, each axis after the other. Beyond the image both
 // texels of a pair are the one at its edge, so that a NaN behind it does not count.
-[[gnu::noinline]] inline FloatPart sample_fast(const Texture& t, FloatPart x, FloatPart y, FloatPart z) {
+[[gnu::noinline]] inline FloatPart sample_fast(const Texture& t, FloatPart x, FloatPart y,
+                                               FloatPart z) {
     const FloatPart tx = x * t.size[0] - 0.5f, ty = y * t.size[1] - 0.5f, tz = z * t.size[2] - 0.5f;
     const FloatPart fx = part_floor(tx), fy = part_floor(ty), fz = part_floor(tz);
     const FloatPart wx = tx - fx, wy = ty - fy, wz = tz - fz;
