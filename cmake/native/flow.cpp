@@ -78,7 +78,7 @@ void Translator::declare_phis(uint32_t id) {
     }
 }
 
-// What a branch brings to the phis of the block that it leads to.
+// Gives the phis of the block that a branch leads to the values that it brings.
 void Translator::assign(const Block& to, uint32_t from, Target& target, bool diverges) {
     for (const Instruction& phi : to.phis) {
         size_t at = 0;

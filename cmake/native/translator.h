@@ -27,7 +27,7 @@ struct Variable {
     std::vector<uint32_t> loops; // that it is written in, outermost first
 };
 
-// Where a pointer points: words of a bound block, of shared memory, or of a lane's own array.
+// A pointer leads to words of a bound block, of shared memory, or of a lane's own array.
 struct Pointer {
     uint32_t base = 0; // the OpVariable
     uint32_t type = 0; // of what is there

@@ -254,8 +254,8 @@ Part Translator::define(const std::string& name, char kind, bool uniform, const 
     return part;
 }
 
-// What is read elsewhere is declared there, and what is read behind a loop that lanes leave one by
-// one is kept as each lane last had it.
+// A value that is read elsewhere is declared there, and one that is read behind a loop that lanes
+// leave one by one is kept as each lane last had it.
 void Translator::declare(const Part& part) {
     if (const auto found = facts_.hoisted.find(part.text); found != facts_.hoisted.end())
         for (Scope& scope : scopes_)

@@ -66,7 +66,7 @@ namespace palpate::native::PALPATE_IN_LEVEL(PALPATE_LEVEL) {
                0xffffu;
     }
 
-    // What is at the index of a texel. Channels that the format lacks are 0, and 1 of alpha.
+    // The value at the index of a texel. Channels that the format lacks are 0, and 1 of alpha.
     void decode(const Image& image, UintPart index, MaskPart mask, UintPart* out) {
         U c[4] = {U(0u), U(0u), U(0u), as_uint(F(1.0f))};
         const auto byte = [](U word, uint32_t from) { return shr(word, U(from)) & U(0xffu); };

@@ -40,7 +40,7 @@ struct Sampler {
     bool is_clamped_to_border = false;
 };
 
-// What one binding of a kernel is bound to; the members that its kind does not need are unused. A
+// One binding of a kernel is bound to this; the members that its kind does not need are unused. A
 // binding that the launch does not reach may stay empty.
 struct Resource {
     Buffer buffer;

@@ -327,7 +327,7 @@ template <class T>
 LANES_INLINE T smax(T a, T b) {
     return select(slt(a, b), b, a);
 }
-// Of a NaN and a number, the second.
+// The second of a NaN and a number.
 template <class T>
 LANES_INLINE T fmin(T a, T b) {
     return select(flt(a, b), a, b);

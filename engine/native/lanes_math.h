@@ -62,7 +62,7 @@ LANES_INLINE F flog2(F x) {
 LANES_INLINE F flog(F x) {
     return flog2(x) * F(0.6931472f);
 }
-// Of x below zero: NaN, as GLSL leaves it open.
+// NaN for x below zero, as GLSL leaves it open.
 LANES_INLINE F fpow(F x, F y) {
     F out;
     EACH_PART {

@@ -10,7 +10,7 @@ struct Memory {
     uint32_t count;
 };
 
-// What a block's fixed part is read from where nothing, or too little, is bound.
+// A block's fixed part is read from here where nothing, or too little, is bound.
 alignas(64) constexpr uint32_t kNoWords[4096] = {};
 
 LANES_INLINE Memory memory_of(const Resource& resource) {

@@ -25,7 +25,7 @@ class NativeLaunch : public NativeTest {
  protected:
     using Counts = std::array<uint32_t, 512>; // of groups, 8 a side
 
-    // What the kernel counted in the groups of one dispatch, each as often as it ran times `step`
+    // Counts of the kernel in the groups of one dispatch, each as often as it ran times `step`
     // times `added`. With `indirect`, the numbers of groups come from a buffer.
     static Counts count(glm::uvec3 groups, glm::uvec3 first, bool indirect, uint32_t step = 1,
                         uint32_t added = 1) {

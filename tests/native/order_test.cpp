@@ -1,4 +1,4 @@
-// What threads and queues wait for, timestamps and memory of the private driver.
+// Waits of threads and queues, timestamps and memory of the private driver.
 
 #include <atomic>
 #include <thread>

@@ -1,4 +1,4 @@
-// What the private driver does not have, and how it stands beside the system's drivers.
+// Things that the private driver does not have, and how it stands beside the system's drivers.
 
 #include <gmock/gmock.h>
 
@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 class NativeRefusals : public NativeTest {};
 
-// What a call wrote to standard error.
+// Text that a call wrote to standard error.
 template <class Call>
 std::string said(const Call& call) {
     testing::internal::CaptureStderr();

@@ -64,7 +64,7 @@ struct Dispatch {
     uint64_t offset;
 };
 
-// Of the interface (triangles.h).
+// The interface draws these (triangles.h).
 struct DrawTriangles {
     native::Image target;
     Resource texture;

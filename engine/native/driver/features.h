@@ -8,7 +8,7 @@
 namespace palpate::native::driver {
 
 VkPhysicalDeviceFeatures core_features();
-// Of one structure of a chain; structures that are not about features stay as they are.
+// Fills one structure of a chain; structures that are not about features stay as they are.
 void fill_features(VkBaseOutStructure& structure);
 // Why a device cannot be made with these features; empty if it can.
 std::string feature_refusal(const VkDeviceCreateInfo& info);

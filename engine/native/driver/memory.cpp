@@ -24,7 +24,7 @@ VkMemoryRequirements requirements(uint64_t bytes) {
     return {.size = round_up(bytes), .alignment = kAlignment, .memoryTypeBits = 1};
 }
 
-// What an image needs: its texels, and bytes around them that kernels may read.
+// An image needs its texels, and bytes around them that kernels may read.
 uint64_t needed_bytes(const Image& image) {
     return kGuardBytes + round_up(image.bytes()) + kGuardBytes;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// What stands behind the driver's handles. Handles are addresses of these.
+// The objects behind the driver's handles. Handles are addresses of these.
 
 #include <fmt/format.h>
 
@@ -174,7 +174,7 @@ struct CommandPool {
     std::vector<std::unique_ptr<CommandBuffer>> buffers;
 };
 
-// What is bound for triangles.
+// State that triangles are drawn with.
 struct Drawing {
     native::Image target; // without texels outside of vkCmdBeginRendering and its end
     const Pipeline* pipeline = nullptr;

@@ -62,7 +62,7 @@ Side side_of(std::array<int64_t, 2> from, std::array<int64_t, 2> to) {
     const bool is_top_left = dy < 0 || (dy == 0 && dx > 0);
     if (!is_top_left)
         c -= 1;
-    // Of pixel centres: x = 256 * i + 128.
+    // Taken at pixel centres: x = 256 * i + 128.
     return {a * kOne, b * kOne, c + (a + b) * (kOne / 2)};
 }
 

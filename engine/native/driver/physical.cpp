@@ -1,4 +1,4 @@
-// What the device is: its limits, features, formats, memory and queues.
+// The device itself: its limits, features, formats, memory and queues.
 
 #include <algorithm>
 #include <cstring>
@@ -119,7 +119,7 @@ void put(char (&to)[n], const std::string& text) {
     to[count] = '\0';
 }
 
-// What the kernel says is free, and what this process has: the most that it can hold.
+// The most that this process can hold: what the kernel says is free, and what it has.
 uint64_t budget_bytes(uint64_t used) {
     const uint64_t all = physical_memory_bytes();
     return std::min(all, used + available_memory_bytes());
