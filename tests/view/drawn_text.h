@@ -10,7 +10,8 @@ namespace palpate::view {
 // A letter, or an icon, as the interface draws it: pixels of the window.
 struct DrawnLetter {
     ImVec2 low, high;
-    ImVec4 clip; // it is cut off outside: left, top, right, bottom
+    ImVec4 clip;  // it is cut off outside: left, top, right, bottom
+    bool is_part; // a part of a glyph: the rest is cut off at the left or the right
 
     ImVec2 middle() const { return {0.5f * (low.x + high.x), 0.5f * (low.y + high.y)}; }
 };
@@ -19,6 +20,14 @@ struct DrawnLetter {
 // nothing else has.
 inline std::vector<DrawnLetter> letters_of(const ImDrawData& data) {
     std::vector<DrawnLetter> all;
+    const auto is_part = [](ImVec2 from, ImVec2 to) {
+        for (const ImFont* font : ImGui::GetIO().Fonts->Fonts)
+            for (const ImFontGlyph& glyph : font->Glyphs)
+                if (from.x >= glyph.U0 && to.x <= glyph.U1 && from.y >= glyph.V0 &&
+                    to.y <= glyph.V1)
+                    return from.x != glyph.U0 || to.x != glyph.U1;
+        return false; // no letter
+    };
     for (int i = 0; i < data.CmdListsCount; ++i) {
         const ImDrawList& list = *data.CmdLists[i];
         for (const ImDrawCmd& command : list.CmdBuffer) {
@@ -36,7 +45,7 @@ inline std::vector<DrawnLetter> letters_of(const ImDrawData& data) {
                                      c.pos.y == d.pos.y && d.pos.x == a.pos.x;
                 if (!is_quad || a.uv.x == c.uv.x || a.uv.y == c.uv.y || a.uv.y != b.uv.y)
                     continue;
-                all.push_back({a.pos, c.pos, command.ClipRect});
+                all.push_back({a.pos, c.pos, command.ClipRect, is_part(a.uv, c.uv)});
                 k += 3; // its second triangle
             }
         }

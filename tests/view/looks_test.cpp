@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "apps/view/drawing/letters.h"
 #include "apps/view/drawing/looks.h"
 #include "apps/view/panels/widgets.h"
@@ -31,6 +33,40 @@ TEST(Looks, LettersHaveAContrastOfFourAndAHalf) {
         EXPECT_GE(contrast(theme.on_accent, theme.accent), 4.5) << light;
         // Handles are no letters: 3 is asked of them (WCAG 2.1, 1.4.11).
         EXPECT_GE(contrast(theme.handle, theme.field), 3.0) << light;
+    }
+}
+
+// One colour over another, as the interface is drawn: a mean of bytes.
+uint32_t over(uint32_t top, float opacity, uint32_t under) {
+    uint32_t mixed = 0;
+    for (const int shift : {16, 8, 0}) {
+        const auto part = [&](uint32_t rgb) { return static_cast<float>((rgb >> shift) & 0xFF); };
+        const float mean = opacity * part(top) + (1.0f - opacity) * part(under);
+        mixed |= static_cast<uint32_t>(std::lround(mean)) << shift;
+    }
+    return mixed;
+}
+
+// Letters on what is chosen, under the pointer, or pressed.
+TEST(Looks, LettersOnWhatIsChosenHaveAContrastOfFourAndAHalf) {
+    for (const bool light : {false, true}) {
+        const Theme& theme = theme_of(light);
+        const uint32_t chosen = over(theme.accent, theme.chosen, theme.panel);
+        for (const uint32_t letters : {theme.text, theme.second, theme.accent_text})
+            EXPECT_GE(contrast(letters, chosen), 4.5) << light << " " << std::hex << letters;
+        ImGui::CreateContext();
+        use_theme(light);
+        for (const ImGuiCol which : {ImGuiCol_ButtonHovered, ImGuiCol_ButtonActive, ImGuiCol_Header,
+                                     ImGuiCol_HeaderHovered, ImGuiCol_HeaderActive}) {
+            const ImVec4 color = ImGui::GetStyle().Colors[which];
+            const auto byte = [](float part) {
+                return static_cast<uint32_t>(std::lround(255.0f * part));
+            };
+            const uint32_t rgb = byte(color.x) << 16 | byte(color.y) << 8 | byte(color.z);
+            EXPECT_GE(contrast(theme.text, over(rgb, color.w, theme.panel)), 4.5)
+                << light << " " << ImGui::GetStyleColorName(which);
+        }
+        ImGui::DestroyContext();
     }
 }
 

@@ -176,10 +176,10 @@ void use_theme(bool light) {
     set(ImGuiCol_SliderGrabActive, theme.accent);
     set(ImGuiCol_Button, theme.field);
     set(ImGuiCol_ButtonHovered, theme.accent, 0.35f);
-    set(ImGuiCol_ButtonActive, theme.accent);
-    set(ImGuiCol_Header, theme.accent, 0.25f);
-    set(ImGuiCol_HeaderHovered, theme.accent, 0.35f);
-    set(ImGuiCol_HeaderActive, theme.accent, 0.5f);
+    set(ImGuiCol_ButtonActive, theme.accent, 0.5f);
+    set(ImGuiCol_Header, theme.accent, light ? theme.chosen : 0.25f);
+    set(ImGuiCol_HeaderHovered, theme.line);
+    set(ImGuiCol_HeaderActive, theme.line);
     set(ImGuiCol_TableHeaderBg, theme.field);
     set(ImGuiCol_TableBorderLight, theme.line);
     set(ImGuiCol_TableBorderStrong, theme.line);

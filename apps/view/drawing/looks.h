@@ -21,6 +21,7 @@ struct Theme {
     uint32_t accent_text;           // on panels
     uint32_t good, warning, danger; // on panels
     uint32_t handle;                // of sliders, on fields
+    float chosen; // opacity of the accent on a panel behind text, second and accent_text
 };
 constexpr Theme kDarkTheme{.ground = 0x15181C,
                            .panel = 0x1D2126,
@@ -36,7 +37,8 @@ constexpr Theme kDarkTheme{.ground = 0x15181C,
                            .good = 0x7EE2A8,
                            .warning = 0xFFD479,
                            .danger = 0xFF8F7A,
-                           .handle = 0x8FB4FF};
+                           .handle = 0x8FB4FF,
+                           .chosen = 0.2f};
 constexpr Theme kLightTheme{.ground = 0xF4F5F7,
                             .panel = 0xFFFFFF,
                             .field = 0xEDEFF2,
@@ -51,7 +53,8 @@ constexpr Theme kLightTheme{.ground = 0xF4F5F7,
                             .good = 0x1A7F37,
                             .warning = 0x8A5A00,
                             .danger = 0xC0301C,
-                            .handle = 0x1F5FDB};
+                            .handle = 0x1F5FDB,
+                            .chosen = 0.12f};
 constexpr const Theme& theme_of(bool light) {
     return light ? kLightTheme : kDarkTheme;
 }

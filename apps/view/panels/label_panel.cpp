@@ -128,7 +128,7 @@ void draw_label_row(Widgets& ui, ViewState& state, const LabelRow& row,
     ImDrawList& list = *ImGui::GetWindowDrawList();
     if (state.label == label)
         list.AddRectFilled(low, {low.x + columns.width, low.y + height},
-                           ImGui::GetColorU32(rgb_color(theme.accent, 0.2f)),
+                           ImGui::GetColorU32(rgb_color(theme.accent, theme.chosen)),
                            ImGui::GetStyle().FrameRounding);
     ImGui::PushID(static_cast<int>(label));
     LabelStyle style = style_of(state.notes, label);

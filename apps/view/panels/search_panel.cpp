@@ -67,6 +67,7 @@ void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work) {
     if (entered && !places.empty())
         chosen = places[box.row];
     const float room = ImGui::GetContentRegionAvail().x;
+    const ImVec4 second = rgb_color(theme_of(state.light).second); // seen on a chosen row, too
     for (size_t row = first; row < std::min(places.size(), first + kMostFound); ++row) {
         const Findable& one = all[places[row]];
         ImGui::PushID(static_cast<int>(places[row]));
@@ -76,10 +77,10 @@ void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work) {
         if (ImGui::IsItemHovered() && !one.help.empty())
             ImGui::SetTooltip("%s", one.help.c_str());
         ImGui::SameLine(0.66f * room);
-        ImGui::TextDisabled("%s", one.kind.c_str());
+        ImGui::TextColored(second, "%s", one.kind.c_str());
         if (!one.keys.empty()) {
             ImGui::SameLine(room - ImGui::CalcTextSize(one.keys.c_str()).x);
-            ImGui::TextDisabled("%s", one.keys.c_str());
+            ImGui::TextColored(second, "%s", one.keys.c_str());
         }
         ImGui::PopID();
     }

@@ -41,7 +41,8 @@ bool word_button(Widgets& ui, const BarRow& row, float left, float width, const 
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const float rounding = ImGui::GetStyle().FrameRounding;
     if (is_chosen)
-        list.AddRectFilled(low, high, ImGui::GetColorU32(rgb_color(theme.accent, 0.2f)), rounding);
+        list.AddRectFilled(low, high, ImGui::GetColorU32(rgb_color(theme.accent, theme.chosen)),
+                           rounding);
     else if (ImGui::IsItemHovered())
         list.AddRectFilled(low, high, ImGui::GetColorU32(rgb_color(theme.line)), rounding);
     ImFont* const font = is_chosen ? bold_letters() : ImGui::GetFont();
