@@ -13,7 +13,7 @@ effect, is a fault. A block that cannot be run has a line before it that says wh
 PALPATE is found by way of a small program of the same name, which makes runs short. Of the head CT, MR and atlas of
 Debian's packages it takes coarser ones, of synthetic volumes 64 samples an axis, of turntables and timed frames 3
 pictures, and where no size is given 160 x 160 pixels, of windows 640 x 400. `view` opens without a display, and where
-it would show a list of files, with a phantom. Where ffmpeg is missing, an empty program stands in for it.
+it would offer files, with a phantom. Where ffmpeg is missing, an empty program stands in for it.
 
 Without PAGE, all pages but TRUNK, which needs the CT of --shared; where TRUNK is named and that CT is not there, it
 ends with 77.

@@ -2,7 +2,9 @@
 
 #include "apps/view/panels/file_browser.h"
 #include "apps/view/document/free_name.h"
+#include "apps/view/panels/series_previews.h"
 #include "apps/view/window/settings.h"
+#include "apps/view/window/small_pictures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -167,7 +169,7 @@ TEST_F(Files, SettingsAreKeptAndADamagedFileIsTheDefaults) {
     const fs::path path = file("deep/view.json");
     EXPECT_EQ(load_settings(path), Settings());
     Settings liked{true, 1.5, 311.0};
-    liked.indices = true;
+    liked.indices = liked.hints_seen = true;
     liked.sections.set(Section::clips, true);
     liked.sections.set(Section::window, false);
     ASSERT_TRUE(save_settings(path, liked));
@@ -178,6 +180,25 @@ TEST_F(Files, SettingsAreKeptAndADamagedFileIsTheDefaults) {
     }
     EXPECT_FALSE(save_settings(file("view.json/x"), liked)); // its folder is a file
     EXPECT_TRUE(save_settings({}, liked));                   // no home
+}
+
+// Bytes come back as they were; names of files are in no name of a picture.
+TEST_F(Files, SmallPicturesAreKeptForListedFiles) {
+    std::vector<std::byte> rgba;
+    for (uint32_t i = 0; i < SeriesPreviews::kSide_px * SeriesPreviews::kSide_px; ++i)
+        rgba.insert(rgba.end(), {std::byte(i % 251), std::byte(i % 13), std::byte(i / 97 % 256),
+                                 std::byte{255}});
+    const fs::path folder = file("deep/pictures");
+    EXPECT_FALSE(load_small_picture(folder, "/home/a/doe.nii"));
+    ASSERT_TRUE(keep_small_picture(folder, "/home/a/doe.nii", rgba));
+    ASSERT_TRUE(keep_small_picture(folder, "/home/a/roe.nii", rgba));
+    EXPECT_EQ(load_small_picture(folder, "/home/a/doe.nii").value(), rgba);
+    for (const auto& entry : fs::directory_iterator(folder))
+        EXPECT_EQ(entry.path().string().find("oe"), std::string::npos) << entry.path();
+    forget_small_pictures(folder, {"/home/a/roe.nii"});
+    EXPECT_FALSE(load_small_picture(folder, "/home/a/doe.nii"));
+    EXPECT_TRUE(load_small_picture(folder, "/home/a/roe.nii"));
+    EXPECT_TRUE(keep_small_picture({}, "/home/a/doe.nii", rgba)); // no home
 }
 
 } // namespace

@@ -156,7 +156,8 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
         const auto layout = static_cast<Layout>(random() % 3);
         const std::optional<Panel> alone =
             random() % 3 ? std::nullopt : std::optional(kPanels[random() % 4]);
-        const OpenPanels open{random() % 2 != 0, random() % 2 != 0, random() % 4 != 0};
+        OpenPanels open{random() % 2 != 0, random() % 2 != 0, random() % 4 != 0};
+        open.foot_px = random() % 2 ? kFoot_px : 0.0;
         const double text_scale = 0.5 + 0.25 * static_cast<double>(random() % 15);
         const Places places =
             places_of(window, layout, kSlices[random() % 3], alone, open, text_scale);
@@ -164,7 +165,8 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
         EXPECT_EQ(places.touch.size_px.x > 0, open.touch);
         EXPECT_EQ(places.bar.size_px.x > 0, open.bars);
         int64_t area = 0;
-        std::vector<Box> boxes{places.tools, places.touch, places.status, places.bar, places.top};
+        std::vector<Box> boxes{places.tools,  places.foot, places.touch,
+                               places.status, places.bar,  places.top};
         for (const Places::View& view : places.views)
             boxes.push_back(view.box);
         for (size_t a = 0; a < boxes.size(); ++a) {

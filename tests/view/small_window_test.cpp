@@ -140,8 +140,8 @@ TEST_F(Layouts, WidgetsOfThePanelLieWithinItAndApart) {
             for (const auto& [id, place] : viewer().interface().widgets())
                 if (place.low_px.x >= places.tools.low_px.x && place.low_px.y > 0 &&
                     !lies_within(place, places.top) && !lies_within(place, places.status) &&
-                    id != "panel/width")
-                    all.emplace_back(id, place);
+                    id != "panel/width" && (id == "segment/run" || !overlap(place, places.foot)))
+                    all.emplace_back(id, place); // not those that are scrolled below the foot
             EXPECT_GE(all.size(), 5u) << name_of(task);
             const int right = places.tools.low_px.x + places.tools.size_px.x -
                               static_cast<int>(ImGui::GetStyle().ScrollbarSize);
@@ -180,6 +180,30 @@ TEST_F(Layouts, ALongNameOfALabelTakesMoreLines) {
         EXPECT_EQ(three.size_px.y, one.size_px.y);
         EXPECT_GE(three.low_px.y, two.low_px.y + two.size_px.y);
     }
+}
+
+// The button that does what a task is for can be pressed in a small window, without a turn of the
+// wheel: as a new window is, and after a click on the head of its section, where it is folded.
+TEST_F(Layouts, TheButtonOfATaskIsSeenWithoutScrolling) {
+    for (const glm::uvec2 size : {glm::uvec2(1280, 800), glm::uvec2(1280, 720)})
+        for (const auto& [task, section, id] :
+             {std::tuple(WindowTask::segment, "", "segment/run"),
+              {WindowTask::drill, "", "drill/start"},
+              {WindowTask::measure, "", "measure/export"},
+              {WindowTask::exporting, "", "labels/export"},
+              {WindowTask::exporting, "print", "export/write"},
+              {WindowTask::exporting, "figure", "figure/write"}}) {
+            open_window(Source{open_synthetic("synthetic:phantom?size=8")}, size);
+            for (uint32_t label = 1; label <= 40; ++label)
+                note_name(label, "organ");
+            take_task(task);
+            if (*section)
+                click_widget(std::string("section/") + section);
+            frame({});
+            const Places places = places_of(state());
+            EXPECT_TRUE(lies_within(box(id), places.tools) || lies_within(box(id), places.foot))
+                << id << " " << size.y;
+        }
 }
 
 // The name of a setting stands at its left, at the panel's edge, and the sliders of a task are

@@ -66,6 +66,8 @@ class ViewerTest : public ::testing::Test {
             return Source{std::move(scene)};
         };
         options.preview = preview_;
+        if (change_options_)
+            change_options_(options);
         if (beside_)
             options.open_beside =
                 [read = beside_](const std::string& path, bool labels, const std::stop_token&,
@@ -74,6 +76,9 @@ class ViewerTest : public ::testing::Test {
         viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size,
                         text_scale, std::move(options));
         frame({});
+    }
+    void set_options(std::function<void(ViewerOptions&)> change) { // before open()
+        change_options_ = std::move(change);
     }
     void set_preview(SeriesPreviews::Read read) { preview_ = std::move(read); } // before open()
     void set_settings(const Settings& settings) { settings_ = settings; }       // before open()
@@ -182,6 +187,7 @@ class ViewerTest : public ::testing::Test {
  private:
     std::optional<Viewer> viewer_;
     SeriesPreviews::Read preview_;
+    std::function<void(ViewerOptions&)> change_options_;
     Settings settings_;
     ReadBeside beside_;
     std::optional<EditState> state_;

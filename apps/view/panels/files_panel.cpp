@@ -53,7 +53,8 @@ void draw_files_section(Widgets& ui, FilesPanel& panel, ViewState& state, Work& 
     ui.button("picture", "file/picture", order::TakePicture{});
     if (!state.names_hidden && !panel.recent.empty()) {
         ImGui::TextDisabled("opened last");
-        for (size_t i = 0; i < panel.recent.size(); ++i) {
+        constexpr size_t kMost = 4; // the chooser of `open` has the folders of all
+        for (size_t i = 0; i < std::min(panel.recent.size(), kMost); ++i) {
             ImGui::PushID(static_cast<int>(i));
             const std::filesystem::path path(panel.recent[i]);
             const std::string name = (path.has_filename() ? path : path.parent_path()).filename();

@@ -311,9 +311,15 @@ void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& w
     draw_questions(ui_, save_folder_, state, work);
     draw_browser(ui_, browser_, side_.files.recent, state);
     draw_series_chooser(ui_, previews_, state, work);
+    draw_welcome(ui_, welcome_, state);
     draw_opening(ui_, state);
     if (const auto& open = GImGui->OpenPopupStack; !open.empty() && open.back().Window)
         ui_.places["popup"] = ui_.seen["popup"] = box_between(open.back().Window->Rect());
+    const bool has_paged = std::any_of(events.begin(), events.end(), [&](const Event& event) {
+        return event.kind == Event::Kind::wheel && !event.for_widget && state.under &&
+               is_slice(*state.under);
+    });
+    draw_hints(ui_, hints_, state, has_paged);
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
     draw_frames(behind, state);
     for (const Places::View& view : places_of(state).views) {

@@ -50,6 +50,9 @@ class Interface {
     const std::string& place() const { return status_.place; }
     // Whether a person is in the middle of a drag or of a word in a widget.
     bool is_busy() const { return busy_; }
+    // What a window without a file offers, its pictures in the texture of this number; null: none.
+    void show_welcome(const Welcome* welcome) { welcome_ = welcome; }
+    static constexpr uint32_t kWelcomeTexture = 2 + static_cast<uint32_t>(kPanels.size());
     // For when another document begins.
     void forget_message() { status_.message.clear(); }
     // The pictures of the chooser of series, in the texture of this number; null: none.
@@ -75,6 +78,8 @@ class Interface {
     Browser browser_;
     SearchBox search_;
     const SeriesPreviews* previews_ = nullptr;
+    const Welcome* welcome_ = nullptr;
+    HintsPanel hints_;
     std::vector<ViewText> texts_;
     bool is_light_ = false, busy_ = false;
 };

@@ -16,6 +16,7 @@
 namespace palpate::view {
 
 class SeriesPreviews;
+struct Welcome;
 
 // The widgets of a frame, while panels draw them.
 struct Widgets {
@@ -89,6 +90,11 @@ struct SearchBox {
     size_t row = 0;        // of what is found
     bool was_open = false; // in the last frame
 };
+struct HintsPanel { // as it was in the last frame
+    bool was_open = false;
+    const Tool* tool = nullptr;
+    WindowTask task = WindowTask::look;
+};
 struct StatusLine {
     std::string place{}; // of the pointer or the crosshair, and the values there
     std::string message{};
@@ -117,6 +123,7 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& wo
 void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state);
 void draw_seeds_section(Widgets& ui, ViewState& state);
 void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& work);
+void draw_segment_foot(Widgets& ui, ViewState& state, Work& work);
 void draw_mesh_section(Widgets& ui, ViewState& state, Work& work);
 void draw_wire_section(Widgets& ui, ViewState& state);
 void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work);
@@ -143,6 +150,8 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
 void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState& state,
                          Work& work); // null: no pictures
 void draw_opening(Widgets& ui, const ViewState& state);
+void draw_welcome(Widgets& ui, const Welcome* welcome, ViewState& state); // null: none
+void draw_hints(Widgets& ui, HintsPanel& panel, ViewState& state, bool has_paged);
 
 // Parts that several panels have.
 // A field for the name of a file that is written, a button that opens the browser for it, and room

@@ -142,15 +142,23 @@ void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& 
     ImGui::BeginDisabled(state.notes.clip_planes.empty());
     ui.check("in the crop box only", "segment/in_box", state.segmenting.in_box);
     ImGui::EndDisabled();
+    draw_strength(ui, bound_held, state, work);
+}
+
+// The part of the panel that is always seen: the method is run from there.
+void draw_segment_foot(Widgets& ui, ViewState& state, Work& work) {
     if (const auto share = work.segmentation().share()) {
         ui.progress("segment/share", *share, "", "cancel");
         ImGui::SameLine();
         ui.button("cancel", "segment/cancel", order::StopSegmenting{});
-    } else {
-        if (ui.primary("segment##run", "segment/run", state))
-            ui.order(order::Segment{});
+        return;
     }
-    draw_strength(ui, bound_held, state, work);
+    if (ui.primary("segment##run", "segment/run", state))
+        ui.order(order::Segment{});
+    ImGui::SameLine();
+    ImGui::AlignTextToFramePadding();
+    const std::string how = "from seeds, " + state.segmenting.method;
+    ImGui::TextDisabled("%s", fitted(how, ImGui::GetContentRegionAvail().x).c_str());
 }
 
 void draw_seeds_section(Widgets& ui, ViewState& state) {
@@ -169,12 +177,6 @@ void draw_seeds_section(Widgets& ui, ViewState& state) {
         }
         ui.note(fmt::format("segment/{}", name));
     }
-    slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
-    ui.note("segment/radius");
-    int label = state.label;
-    if (ImGui::InputInt(named("label").c_str(), &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{kLastSeeded}));
-    ui.note("segment/label");
     ui.button("clear seeds", "segment/clear", order::ClearSeeds{});
 }
 

@@ -60,10 +60,17 @@ std::vector<std::byte> preview_of(const LoadedVolume& loaded, uint32_t side_px) 
 
 SeriesPreviews::SeriesPreviews(Read read, std::string path, std::vector<uint32_t> numbers,
                                bool threaded)
-    : read_(std::move(read)),
-      path_(std::move(path)),
-      numbers_(std::move(numbers)),
-      states_(std::min(numbers_.size(), kMost), State::waiting),
+    : SeriesPreviews(
+          [read = std::move(read), path = std::move(path), numbers](
+              size_t i, const std::stop_token& stop) -> Result<std::vector<std::byte>> {
+              PALPATE_TRY(const LoadedVolume loaded, read(path, numbers[i], stop));
+              return preview_of(loaded, kSide_px);
+          },
+          numbers.size(), threaded) {}
+
+SeriesPreviews::SeriesPreviews(Make make, size_t count, bool threaded)
+    : make_(std::move(make)),
+      states_(std::min(count, kMost), State::waiting),
       rgba_(size_t{4} * size_px().x * size_px().y) {
     if (threaded)
         thread_ = std::jthread([this](const std::stop_token& stop) { make_all(stop); });
@@ -78,10 +85,7 @@ glm::uvec2 SeriesPreviews::size_px() const {
 
 void SeriesPreviews::make_all(const std::stop_token& stop) {
     for (size_t i = 0; i < states_.size() && !stop.stop_requested(); ++i) {
-        const auto preview = attempt("preview", [&]() -> Result<std::vector<std::byte>> {
-            PALPATE_TRY(const LoadedVolume loaded, read_(path_, numbers_[i], stop));
-            return preview_of(loaded, kSide_px);
-        });
+        const auto preview = attempt("preview", [&] { return make_(i, stop); });
         Made made{i, preview.value_or(std::vector<std::byte>())}; // empty: none can be made
         const std::lock_guard lock(mutex_);
         made_.push_back(std::move(made));

@@ -22,6 +22,9 @@ class SeriesPreviews {
 
     // threaded: false: they are there when the constructor returns.
     SeriesPreviews(Read read, std::string path, std::vector<uint32_t> numbers, bool threaded);
+    // Of anything else that has small pictures: kSide_px squares of 4 bytes a pixel.
+    using Make = std::function<Result<std::vector<std::byte>>(size_t i, const std::stop_token&)>;
+    SeriesPreviews(Make make, size_t count, bool threaded);
 
     // Takes what has come since the last call: whether something has.
     bool poll();
@@ -41,9 +44,7 @@ class SeriesPreviews {
     };
     void make_all(const std::stop_token& stop);
 
-    Read read_;
-    std::string path_;
-    std::vector<uint32_t> numbers_;
+    Make make_;
     std::vector<State> states_;
     std::vector<std::byte> rgba_;
     std::mutex mutex_; // of made_

@@ -140,6 +140,20 @@ void draw_grip(Widgets& ui, ViewState& state, const Box& panel) {
     ImGui::End();
 }
 
+// Below what is scrolled.
+void draw_foot(Widgets& ui, ViewState& state, Work& work, const Box& box) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const auto height = static_cast<float>(box.size_px.y);
+    begin_bar("foot", box);
+    const ImVec2 low = ImGui::GetWindowPos();
+    ImGui::GetWindowDrawList()->AddLine(low, {low.x + ImGui::GetWindowWidth(), low.y},
+                                        ImGui::GetColorU32(ImGuiCol_Separator));
+    ImGui::SetCursorPos(
+        {style.WindowPadding.x, std::round(0.5f * (height - ImGui::GetFrameHeight()))});
+    draw_segment_foot(ui, state, work);
+    ImGui::End();
+}
+
 } // namespace
 
 std::string samples_text(const Work& work) {
@@ -173,7 +187,10 @@ void draw_side_panel(Widgets& ui, SidePanel& panel, ViewState& state, Work& work
         draw_sections(ui, panel, state, work);
         ImGui::PopItemWidth();
         ImGui::End();
-        draw_grip(ui, state, box);
+        const Box foot = places_of(state).foot;
+        if (foot.size_px.y > 0)
+            draw_foot(ui, state, work, foot);
+        draw_grip(ui, state, {box.low_px, box.size_px + glm::ivec2(0, foot.size_px.y)});
     }
     if (!panel.bound_held && !work.segmentation().share()) // taken, or no longer shown
         state.segmenting.preview.reset();

@@ -8,12 +8,13 @@ namespace {
 
 constexpr WidgetHelp kHelp[] = {
     {"tool/radius", "brush size",
-     "radius of the brush, the eraser, the seeds and the burr, 0.1 to 100 mm", "radius burr disc"},
+     "radius of the brush, the eraser, the seeds and the burr, 0.1 to 100 mm",
+     "radius burr disc seeds"},
     {"tool/disc", "brush as a disc",
      "brush and eraser change one layer of the slice in which they draw, and not a ball",
      "2D flat"},
-    {"tool/label", "label to draw", "number of the label that brush and fill write, 1 to 65535",
-     "segment number"},
+    {"tool/label", "label to draw",
+     "number of the label that brush, seeds, methods and fill write, 1 to 65535", "segment number"},
     {"tool/undo", "undo", "takes the last step back", "revert"},
     {"tool/redo", "redo", "does again what was undone last", ""},
     {"tool/save", "save", "writes a project folder", "", false},
@@ -150,8 +151,6 @@ constexpr WidgetHelp kHelp[] = {
 
     {"labels/file/choose", "folder of exported labels", "chooses where the file is written", "",
      false},
-    {"segment/radius", "size of the seed brush", "radius of seeds, 0.1 to 100 mm", ""},
-    {"segment/label", "label to segment", "number of the label that a segmentation writes", ""},
     {"segment/clear", "clear seeds", "takes all seeds away", "reset"},
     {"segment/methods", "method of segmentation", "how an object is found from seeds",
      "grow from seeds region growing random walker level set snake threshold"},
@@ -196,6 +195,8 @@ constexpr WidgetHelp kHelp[] = {
 
     {"file/open", "open a file, a folder or a project",
      "a volume, a scene, a project, or a folder of DICOM files", "load import DICOM"},
+    {"welcome/open", "open a file or a folder",
+     "a volume, a scene, a project, or a folder of DICOM files", "", false},
     {"file/save", "save to a project folder", "volume, labels, names, measures and steps", "store"},
     {"file/picture", "picture of the window", "writes a PNG into the current folder",
      "screenshot snapshot capture"},

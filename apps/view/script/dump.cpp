@@ -136,6 +136,8 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
         if (paper == figure.paper)
             json["figure"]["paper"] = name;
     json["browser_open"] = state.browser_open;
+    json["welcome_open"] = state.welcome_open;
+    json["hints_open"] = state.hints.open;
     json["series_open"] = state.series_open;
     json["saving_open"] = state.saving_open;
     json["leaving"] = !state.leaving ? "" : state.leaving->closes ? "close" : state.leaving->path;

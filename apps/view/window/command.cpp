@@ -6,6 +6,7 @@
 #include "apps/view/window/layers.h"
 #include "apps/view/window/loop.h"
 #include "apps/view/window/panel.h"
+#include "apps/view/window/small_pictures.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/image/png.h"
@@ -29,7 +30,7 @@ struct ViewOptions {
     std::optional<uint32_t> monitor;
     std::string hand, hand_path, algorithm = "swept-tool";
     double frame_ms = 60.0, text_scale = 0.0, speed = 1.0;
-    bool headless = false, validate = false;
+    bool headless = false, validate = false, hints = false;
 };
 
 std::vector<std::string> algorithm_names() {
@@ -217,7 +218,31 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
             }
             return view::load_recent(view::recent_file());
         };
+        loop.viewer.keep_small_picture = [](const std::string& path,
+                                            const std::vector<std::byte>& rgba) {
+            if (is_synthetic(path))
+                return;
+            std::error_code ignored;
+            const std::string whole = std::filesystem::absolute(path, ignored).string();
+            const std::filesystem::path folder = view::state_file("pictures");
+            if (const auto kept = view::keep_small_picture(folder, whole, rgba); !kept)
+                log::info("{}", kept.error().message);
+            std::vector<std::string> listed = view::load_recent(view::recent_file());
+            listed.push_back(whole);
+            view::forget_small_pictures(folder, listed);
+        };
     }
+    loop.viewer.small_picture = [](const std::string& path) -> Result<std::vector<std::byte>> {
+        if (!is_synthetic(path))
+            return view::load_small_picture(view::state_file("pictures"), path);
+        SceneFile file; // coarse: its picture is small
+        file.volume = path.substr(0, path.find('?')) + "?size=48";
+        PALPATE_TRY(LoadedScene loaded, load_scene_data(file));
+        return view::preview_of({std::move(loaded.data.volume), {}, {}, "", {}, {}},
+                                view::SeriesPreviews::kSide_px);
+    };
+    loop.viewer.hints = options.hints || (!options.headless && options.replay.empty() &&
+                                          options.record.empty() && options.latency.empty());
     loop.stop = interrupt.token();
     loop.set_renderer = [&](const GpuDevice& device, RendererOptions& renderer) {
         apply(options.memory, device, true, renderer);
@@ -263,7 +288,7 @@ Command add_view(CLI::App& app) {
     auto o = std::make_shared<ViewOptions>();
     add_scene_options(app, o->scene);
     CLI::Option* scene = app.get_option("SCENE")->required(false);
-    scene->description(scene->get_description() + " (default: a phantom, and a list of files)");
+    scene->description(scene->get_description() + " (default: a phantom, and files to open)");
     app.add_option("LAYER", o->layers,
                    "Files over the volume, each by what it holds: labels, or another volume half "
                    "transparent over the slices (default: none)")
@@ -313,6 +338,9 @@ Command add_view(CLI::App& app) {
                    "Play --replay in a window so many times as fast as it was recorded")
         ->capture_default_str()
         ->check(within(0.1, 1000.0));
+    app.add_flag("--hints", o->hints,
+                 "Show the hints of a first start (default: once, in a window that plays and "
+                 "records no script)");
     app.add_flag("--headless", o->headless, "Open no window, and end when the script is done");
     app.add_option("--shot", o->shot,
                    "With --headless: picture of the window at the end, .png (default: none)")

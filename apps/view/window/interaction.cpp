@@ -171,7 +171,7 @@ void hover(ViewState& state, const Subject& subject) {
 // Whether a question or a list of files is open: a click beside it is for none of the tools.
 bool asks(const ViewState& state) {
     return state.leaving || state.saving_open || state.browser_open || state.series_open ||
-           state.search_open;
+           state.search_open || state.welcome_open;
 }
 
 std::optional<Panel> panel_under(const ViewState& state) {
@@ -205,7 +205,7 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
             break;
         case Event::Kind::button:
             if (event.down && in_view && !state.drag && asks(state)) {
-                state.browser_open = state.series_open = state.search_open =
+                state.browser_open = state.series_open = state.search_open = state.welcome_open =
                     false; // questions stay
                 break;
             }

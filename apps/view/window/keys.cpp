@@ -309,6 +309,7 @@ void escape(const KeyPress& press) {
              !std::exchange(state.search_open, false) &&
              !std::exchange(state.browser_open, false) &&
              !std::exchange(state.series_open, false) &&
+             !std::exchange(state.welcome_open, false) &&
              !std::exchange(state.leaving, std::nullopt) &&
              !std::exchange(state.recovered_steps, 0))
         state.alone.reset();

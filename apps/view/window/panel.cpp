@@ -59,7 +59,9 @@ Places places_of(glm::uvec2 window_px, Layout layout, Panel slice, std::optional
     const bool is_stacked = open.tools && open.touch && inner.x - 2 * width < inner.x / 2;
     const int tools_height = is_stacked ? height / 2 : height;
     const int tools = open.tools ? width : 0;
-    places.tools = {{window.x - tools, top}, {tools, tools_height}};
+    const int pressed = std::min(scaled(open.foot_px, text_scale), tools_height / 4);
+    places.tools = {{window.x - tools, top}, {tools, tools_height - pressed}};
+    places.foot = {{window.x - tools, top + tools_height - pressed}, {tools, pressed}};
     const int beside = open.touch && !is_stacked ? width : 0; // of the panel of touch
     if (is_stacked)
         places.touch = {{window.x - width, top + tools_height}, {width, height - tools_height}};

@@ -46,6 +46,8 @@ struct Places {
     // The side panel, the panel of touch (each is empty when it is closed) and the line at the
     // bottom. None covers another, nor a view.
     Box tools, touch, status;
+    // Below the side panel, a part of it that is not scrolled; empty where the task has none.
+    Box foot;
     // The bars of tasks at the top and of tools at the left; empty without bars.
     Box top, bar;
 };
@@ -53,9 +55,11 @@ constexpr int kGap_px = 2;
 // Widths of the side panel, at a text scale of 1: the first one, and those that it can be dragged
 // to. It never takes more than half of the window.
 constexpr double kPanel_px = 264.0, kNarrowestPanel_px = 200.0, kWidestPanel_px = 640.0;
+constexpr double kFoot_px = 44.0; // height of the part that is not scrolled, where there is one
 struct OpenPanels {
     bool tools = true, touch = false, bars = true;
     double panel_px = kPanel_px;
+    double foot_px = 0.0; // at a text scale of 1
 };
 // The pixels that bars and the gaps round the views take of a window: it has as much room for views
 // and panels as one without bars that is smaller by them.

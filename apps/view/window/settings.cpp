@@ -30,6 +30,8 @@ Settings load_settings(const fs::path& file) {
         settings.light = light->boolean;
     if (const Json* indices = json->find("indices"))
         settings.indices = indices->boolean;
+    if (const Json* seen = json->find("hints_seen"))
+        settings.hints_seen = seen->boolean;
     if (const Json* scale = json->find("text_scale"))
         if (scale->number >= 0.5 && scale->number <= 4.0)
             settings.text_scale = scale->number;
@@ -51,7 +53,8 @@ Result<void> save_settings(const fs::path& file, const Settings& settings) {
     Json json{{"light", settings.light},
               {"text_scale", settings.text_scale},
               {"panel_px", settings.panel_px},
-              {"indices", settings.indices}};
+              {"indices", settings.indices},
+              {"hints_seen", settings.hints_seen}};
     for (const SectionEntry& one : sections())
         json["sections"][one.name] = settings.sections.has(one.section);
     const std::string text = json_text(json);

@@ -14,7 +14,8 @@ struct Settings {
     double text_scale = 0.0; // 0: as the display asks; else 0.5 .. 4
     double panel_px = kPanel_px;
     OpenSections sections{};
-    bool indices = false; // of samples, beside places in mm
+    bool indices = false;    // of samples, beside places in mm
+    bool hints_seen = false; // those of the first start
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };

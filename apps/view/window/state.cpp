@@ -46,10 +46,10 @@ bool has_touch_panel(const ViewState& state) {
 
 Places places_of(const ViewState& state) {
     const auto places = [&](glm::uvec2 size_px) {
-        return places_of(
-            size_px, state.layout, state.slice, state.alone,
-            {state.tools_open, has_touch_panel(state), state.bars_open, state.panel_px},
-            state.text_scale);
+        return places_of(size_px, state.layout, state.slice, state.alone,
+                         {state.tools_open, has_touch_panel(state), state.bars_open, state.panel_px,
+                          state.task == WindowTask::segment ? kFoot_px : 0.0},
+                         state.text_scale);
     };
     Places all = places(state.size_px);
     if (!state.status_open) { // it lies below the window

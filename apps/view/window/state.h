@@ -114,6 +114,15 @@ struct ExportSetup {
     friend bool operator==(const ExportSetup&, const ExportSetup&) = default;
 };
 
+// Hints at the first start of the program.
+struct Hints {
+    bool open = false;
+    bool seen = false;              // all were followed, or closed: they never come again
+    std::array<bool, 4> followed{}; // slices, tools, search, tasks
+
+    friend bool operator==(const Hints&, const Hints&) = default;
+};
+
 // All that a person can change about how a document is seen, and what the hand is doing. A value.
 struct ViewState {
     Notes notes; // of the document, as a person is changing them (document/notes_link.h)
@@ -180,6 +189,8 @@ struct ViewState {
     std::string naming;
     bool browser_open = false, series_open = false, names_hidden = false, light = false,
          indices_shown = false; // of samples, in the line at the bottom
+    bool welcome_open = false;  // no file was named: it offers some
+    Hints hints;
     size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked
     std::string opening;        // that is being read; empty: none
     double opening_since_s = 0.0, opening_share = 0.0; // of its voxels; 0: its headers are read

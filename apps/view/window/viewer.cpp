@@ -34,9 +34,11 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
     state_.panel_px = kept_.panel_px;
     state_.sections = kept_.sections;
     if (options_.asks_for_file) {
-        state_.browser_open = true;
-        work_->tell("this is a phantom to try tools on; open a file, or a folder of DICOM files");
+        state_.welcome_open = true;
+        offer_files();
     }
+    state_.hints = {
+        .open = options_.hints && !kept_.hints_seen, .seen = kept_.hints_seen, .followed = {}};
     if (options_.recent)
         interface_->set_recent(options_.recent(""));
 }
@@ -62,6 +64,11 @@ void Viewer::begin(Source source) {
     pictures_with_ = std::move(pictures_with);
     work_ = std::move(work);
     work_->hand().touch().set_up(options_.hand);
+    if (options_.keep_small_picture) {
+        const LoadedScene& now = work_->loaded();
+        const LoadedVolume shown{now.data.volume, {}, {}, now.modality, {}, {}, now.inverted};
+        options_.keep_small_picture(work_->path(), preview_of(shown, SeriesPreviews::kSide_px));
+    }
     state_ = work_->subject().home;
     state_.recovered_steps = work_->steps_file().recovered();
     if (options_.display)
@@ -106,6 +113,7 @@ void Viewer::follow_text_scale() {
     drawing_ = std::make_unique<UiDrawing>(*interface_device_, format_);
     if (options_.recent)
         interface_->set_recent(options_.recent(""));
+    interface_->show_welcome(&welcome_);
     make_pictures();
 }
 
@@ -271,8 +279,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
 void Viewer::keep_settings() {
     if (state_.text_scale != interface_scale_)
         liked_scale_ = state_.text_scale;
-    const Settings now{state_.light, liked_scale_, state_.panel_px, state_.sections,
-                       state_.indices_shown};
+    const Settings now{state_.light,    liked_scale_,         state_.panel_px,
+                       state_.sections, state_.indices_shown, state_.hints.seen};
     if (now == kept_ || interface_->is_busy())
         return;
     kept_ = now;
@@ -325,6 +333,11 @@ void Viewer::record(Commands& commands, UiTarget& target) {
                           !drawing_->has_picture(Interface::kPreviewsTexture)))
             drawing_->set_picture(commands, Interface::kPreviewsTexture, previews_->size_px(),
                                   previews_->rgba());
+        if (welcome_.pictures && state_.welcome_open &&
+            (std::exchange(new_welcome_, false) ||
+             !drawing_->has_picture(Interface::kWelcomeTexture)))
+            drawing_->set_picture(commands, Interface::kWelcomeTexture,
+                                  welcome_.pictures->size_px(), welcome_.pictures->rgba());
         drawing_->record(commands, target, interface_->lists());
     });
     new_pictures_.clear();

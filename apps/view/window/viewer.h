@@ -9,6 +9,7 @@
 #include "apps/view/drawing/pictures.h"
 #include "apps/view/drawing/ui_drawing.h"
 #include "apps/view/panels/interface.h"
+#include "apps/view/panels/welcome.h"
 #include "apps/view/script/script.h"
 #include "apps/view/window/file_opening.h"
 #include "apps/view/window/settings.h"
@@ -39,8 +40,14 @@ struct ViewerOptions {
     SeriesPreviews::Read preview{}; // of a DICOM folder; empty: its series have no pictures
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
-    bool asks_for_file = false; // what is open at first is there to try: a list of files is open
-    Settings settings{};        // as they were kept; the text scale is given beside them
+    bool asks_for_file = false; // what is open at first is there to try: others are offered
+    // A picture of SeriesPreviews::kSide_px of what is offered: of a file that was opened before,
+    // or of a synthetic volume. And a word to it that this is the picture of a file; may be empty.
+    std::function<Result<std::vector<std::byte>>(const std::string& path)> small_picture{};
+    std::function<void(const std::string& path, const std::vector<std::byte>& rgba)>
+        keep_small_picture{};
+    bool hints = false;  // shows those of the first start, if they have not been seen
+    Settings settings{}; // as they were kept; the text scale is given beside them
     // What a person has changed; may be empty.
     std::function<void(const Settings&)> keep_settings{};
     std::function<void()> on_picture;
@@ -114,6 +121,7 @@ class Viewer {
     void show_fused(LoadedVolume opened);
     void poll_opening();
     void follow_previews();
+    void offer_files();
     void follow_text_scale();
     void keep_settings();
     void save_picture();
@@ -160,6 +168,8 @@ class Viewer {
     std::optional<ScriptOrder> script_order_;
     std::unique_ptr<SeriesPreviews> previews_;
     bool new_previews_ = false; // since record()
+    Welcome welcome_;
+    bool new_welcome_ = false; // since record()
     struct FigureRun {
         std::stop_source stop;
         std::atomic<uint32_t> drawn{0};

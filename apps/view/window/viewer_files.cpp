@@ -134,6 +134,18 @@ void Viewer::leave_when_saved() {
         leave();
 }
 
+// For a window without a file. Pictures come one after the other.
+void Viewer::offer_files() {
+    welcome_.items =
+        welcome_items(options_.recent ? options_.recent("") : std::vector<std::string>());
+    if (options_.small_picture)
+        welcome_.pictures = std::make_unique<SeriesPreviews>(
+            [make = options_.small_picture, items = welcome_.items](
+                size_t i, const std::stop_token&) { return make(items[i].path); },
+            welcome_.items.size(), options_.threaded);
+    interface_->show_welcome(&welcome_);
+}
+
 // Pictures of series are made while the chooser is open.
 void Viewer::follow_previews() {
     if (!state_.series_open || !options_.preview) {
@@ -150,6 +162,10 @@ void Viewer::follow_previews() {
         ++looks_;
     }
     interface_->show_previews(previews_.get());
+    if (welcome_.pictures && welcome_.pictures->poll()) {
+        new_welcome_ = true;
+        ++looks_;
+    }
 }
 
 void Viewer::poll_opening() {
@@ -217,6 +233,7 @@ void Viewer::take_opened(Result<Source> opened) {
     state_.names_hidden = before.names_hidden;
     state_.light = before.light;
     state_.indices_shown = before.indices_shown;
+    state_.hints = before.hints;
     state_.text_scale = before.text_scale;
     state_.task = before.task;
     state_.sections = before.sections;
