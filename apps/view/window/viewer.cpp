@@ -64,11 +64,7 @@ void Viewer::begin(Source source) {
     pictures_with_ = std::move(pictures_with);
     work_ = std::move(work);
     work_->hand().touch().set_up(options_.hand);
-    if (options_.keep_small_picture) {
-        const LoadedScene& now = work_->loaded();
-        const LoadedVolume shown{now.data.volume, {}, {}, now.modality, {}, {}, now.inverted};
-        options_.keep_small_picture(work_->path(), preview_of(shown, SeriesPreviews::kSide_px));
-    }
+    const bool names_hidden = state_.names_hidden; // then pictures of patients are not kept either
     state_ = work_->subject().home;
     state_.recovered_steps = work_->steps_file().recovered();
     if (options_.display)
@@ -77,6 +73,12 @@ void Viewer::begin(Source source) {
         state_.layout = Layout::volume;
         state_.tools_open = state_.status_open = state_.bars_open = state_.notes_shown = false;
     }
+    if (options_.keep_small_picture && !names_hidden)
+        attempt_part("small picture", [&] {
+            const LoadedScene& now = work_->loaded();
+            const LoadedVolume shown{now.data.volume, {}, {}, now.modality, {}, {}, now.inverted};
+            options_.keep_small_picture(work_->path(), preview_of(shown, SeriesPreviews::kSide_px));
+        });
     if (!options_.hand.device.empty()) {
         begin_hand(state_, work_->subject());
         work_->obey(order::StartHand{}, state_);
