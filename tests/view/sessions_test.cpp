@@ -213,6 +213,13 @@ const RecordedSteps kAllSessions[] = {
     {"hand_draws_in_a_slice",
      "at sagittal 0 0; key o; key b; at sagittal 40 20; idle; press left; idle; release left; idle",
      R"({"hand": {"first": "draw"}, "undo_steps": 1, "stroke_is_down": false})"},
+    // A tool that a hand cannot hold is for the mouse, and no press goes on drilling.
+    {"hand_is_put_down_for_a_ruler", "at axial 0 0; key o; key space; key m; drag left 40 0; idle",
+     R"({"hand": {"on": false}, "tool": {"hand": "measure"}, "measures": [{"kind": "ruler"}]})"},
+    {"hand_is_put_down_by_the_tool_bar", "at axial 0 0; key o; widget tool/wire",
+     R"({"hand": {"on": false}, "tool": {"hand": "wire"}})"},
+    {"hand_takes_the_brush_of_the_tool_bar", "at axial 0 0; key o; widget tool/draw",
+     R"({"hand": {"on": true, "first": "draw"}})"},
     {"hand_rotates_by_the_middle_button", "at 3d 0 0; key o; drag middle 0 0; key home",
      R"({"camera": {"up": [0, -1, 0]}, "hand": {"on": true}})"},
     {"hand_shapes", "key k; key k", R"({"hand": {"shape": "cylinder"}})"},

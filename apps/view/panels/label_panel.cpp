@@ -284,7 +284,7 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& wo
     ImGui::BeginDisabled(next == 0);
     if (ImGui::SmallButton("new label")) {
         state.label = static_cast<uint16_t>(next);
-        state.tool = &kDrawTool;
+        choose_tool(state, kDrawTool);
         panel.sought = {}; // it would leave the new one out
     }
     ImGui::EndDisabled();

@@ -88,7 +88,7 @@ void draw_measure_panel(Widgets& ui, TypedText& file, ViewState& state, Work& wo
             ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
         const bool is_it = state.tool == &kMeasureTool && measuring.kind == kind;
         if (ImGui::RadioButton(name_of(kind), is_it)) {
-            state.tool = &kMeasureTool;
+            choose_tool(state, kMeasureTool);
             measuring.kind = kind;
             measuring.begun.clear();
         }

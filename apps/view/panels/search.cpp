@@ -47,8 +47,9 @@ std::vector<Findable> findables(const Subject& subject, const haptics::Algorithm
     std::vector<Findable> all;
     for (const Tool* tool : tools())
         if (tool->title)
-            all.push_back({tool->title, "tool", tool->help, tool->key ? key_of(*tool) : "", "", "",
-                           [tool](Outcome& next, const Subject&) { next.state.tool = tool; }});
+            all.push_back(
+                {tool->title, "tool", tool->help, tool->key ? key_of(*tool) : "", "", "",
+                 [tool](Outcome& next, const Subject&) { choose_tool(next.state, *tool); }});
     const auto titled = [](const std::string& title) {
         return std::find_if(widget_help().begin(), widget_help().end(), [&](const WidgetHelp& one) {
             return one.always && title == one.title;

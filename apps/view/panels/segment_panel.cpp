@@ -172,7 +172,7 @@ void draw_seeds_section(Widgets& ui, ViewState& state) {
             ImGui::SameLine(); // else in a line of its own
         const bool is_it = state.tool == &kSeedTool && state.segmenting.brush == brush;
         if (ImGui::RadioButton(name, is_it)) {
-            state.tool = &kSeedTool;
+            choose_tool(state, kSeedTool);
             state.segmenting.brush = brush;
         }
         ui.note(fmt::format("segment/{}", name));
@@ -191,11 +191,11 @@ void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
     if (!work.mesh_pulling().mesh()) {
         const std::string name = fmt::format("mesh of label {}", state.label);
         if (ui.button(name.c_str(), "mesh/make", order::MakeMesh{}))
-            state.tool = &kPullTool;
+            choose_tool(state, kPullTool);
         return;
     }
     if (ImGui::RadioButton("pull faces", state.tool == &kPullTool))
-        state.tool = &kPullTool;
+        choose_tool(state, kPullTool);
     ui.note("mesh/pull");
     Pulling& pulling = state.own.of<Pulling>();
     double reach = pulling.reach;
@@ -211,7 +211,7 @@ void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
 
 void draw_wire_section(Widgets& ui, ViewState& state) {
     if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
-        state.tool = &kWireTool;
+        choose_tool(state, kWireTool);
     ui.note("segment/wire");
     hint("click in a slice: freeze; Enter or double click: fill with the label");
 }

@@ -97,7 +97,9 @@ void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& wo
     const glm::dvec3 at =
         in_slice ? point_under(state, work.subject().grid, *state.under, state.pointer_px)
                  : state.crosshair_mm;
-    const std::string place = place_at(state, work, at, in_slice);
+    std::string place = place_at(state, work, at, in_slice);
+    if (state.stylus.by_pointer)
+        place = fmt::format("hand: {}   {}", name_of(state.stylus.first), place);
     line.place = place;
     ImGui::TextUnformatted(place.c_str());
     ui.note("status/place");

@@ -72,9 +72,9 @@ void draw_tool_bar(Widgets& ui, ViewState& state) {
                               .letters = title.substr(0, 2),
                               .tip = tip,
                               .side_px = lengths.side,
-                              .is_chosen = state.tool == &tool},
+                              .is_chosen = is_in_hand(state, tool)},
                              state))
-            state.tool = &tool;
+            choose_tool(state, tool);
         top += lengths.side;
     }
     line();

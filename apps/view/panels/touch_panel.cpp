@@ -259,7 +259,7 @@ void draw_plots(Widgets& ui, const ViewState& state, Work& work) {
 
 void draw_hand_section(Widgets& ui, TouchPanel& panel, ViewState& state, Work& work) {
     const bool runs = work.hand().touch().running();
-    if (!runs && state.stylus.first != Carve::drill) {
+    if (!runs) {
         if (ui.primary("drill", "drill/start", state)) {
             state.stylus.first = Carve::drill;
             begin_hand(state, work.subject());
@@ -271,7 +271,7 @@ void draw_hand_section(Widgets& ui, TouchPanel& panel, ViewState& state, Work& w
 }
 
 void draw_burr_section(Widgets& ui, ViewState& state, Work& work) {
-    slide("burr", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
+    slide("burr radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     ui.note("drill/burr");
     draw_buttons(ui, state, work);
 }

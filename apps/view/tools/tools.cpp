@@ -21,14 +21,25 @@ std::string key_of(const Tool& tool) {
     return {static_cast<char>(std::toupper(tool.key[0]))};
 }
 
+void choose_tool(ViewState& state, const Tool& tool) {
+    state.tool = &tool;
+    if (tool.first_button)
+        state.stylus.first = *tool.first_button;
+    else if (state.stylus.by_pointer)
+        state.hand_put_down = true;
+}
+
+bool is_in_hand(const ViewState& state, const Tool& tool) {
+    return state.stylus.by_pointer ? tool.first_button == state.stylus.first : state.tool == &tool;
+}
+
 bool take_tool(ViewState& state, const std::string& key) {
     for (const Tool* tool : tools()) {
         if (!tool->key || key != tool->key)
             continue;
         if (tool->take)
             tool->take(state, state.tool == tool);
-        state.tool = tool;
-        state.stylus.first = tool->first_button.value_or(state.stylus.first);
+        choose_tool(state, *tool);
         return true;
     }
     return false;

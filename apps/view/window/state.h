@@ -189,6 +189,7 @@ struct ViewState {
     std::string naming;
     bool browser_open = false, series_open = false, names_hidden = false, light = false,
          indices_shown = false; // of samples, in the line at the bottom
+    bool hand_put_down = false; // the mouse, which is the hand, was given another tool
     bool welcome_open = false;  // no file was named: it offers some
     Hints hints;
     size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked

@@ -265,6 +265,10 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
         for (const Order& order : orders)
             obey(order, wants_picture);
     });
+    if (std::exchange(state_.hand_put_down, false) && state_.stylus.on) {
+        obey(order::StopHand{}, wants_picture);
+        work_->tell(fmt::format("the hand is stopped; the mouse has: {}", state_.tool->name));
+    }
     attempt_part("settings", [&] { keep_settings(); });
     attempt_part("view", [&] { work_->show_as_wanted(state_); });
     if (!options_.threaded)
