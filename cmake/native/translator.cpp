@@ -110,7 +110,7 @@ std::string Translator::file() const {
     if (!constants_.empty())
         out += fmt::format("constexpr Constant kConstants[] = {{{}}};\n", spec);
     out += fmt::format(
-        "}} // namespace\nnamespace PALPATE_IN_LEVEL(PALPATE_LEVEL) {{\n"
+        "}} // namespace\nnamespace PALPATE_LEVEL {{\n"
         "extern const Kernel {0};\n"
         "const Kernel {0}{{{1:#x}u, \"{0}\", {{{2}, {3}, {4}}}, {5}, {6}, run}};\n"
         "}}\n}}\n",

@@ -6,26 +6,24 @@
 namespace palpate::native {
 
 // One of these a level and object file: the names must not meet.
-#define PALPATE_IN_LEVEL2(level) level
-#define PALPATE_IN_LEVEL(level) PALPATE_IN_LEVEL2(level)
-namespace PALPATE_IN_LEVEL(PALPATE_LEVEL) {
+namespace PALPATE_LEVEL {
 
-    // Coordinates of texels: x, y and z, or the layer in place of z.
-    struct Texel {
-        IntPart x, y, z;
-    };
-    // All four channels, floats or integers by their bits; zeros outside the image or the mask.
-    void fetch_part(const Image& image, const Texel& at, MaskPart mask, UintPart* out);
-    void store_part(const Image& image, const Texel& at, MaskPart mask, const UintPart* values);
-    // The level of detail is 0. `dimensions` leaves the layer out.
-    void sample_part(const Image& image, const Sampler& sampler, int dimensions,
-                     const FloatPart* at, MaskPart mask, UintPart* out);
+// Coordinates of texels: x, y and z, or the layer in place of z.
+struct Texel {
+    IntPart x, y, z;
+};
+// All four channels, floats or integers by their bits; zeros outside the image or the mask.
+void fetch_part(const Image& image, const Texel& at, MaskPart mask, UintPart* out);
+void store_part(const Image& image, const Texel& at, MaskPart mask, const UintPart* values);
+// The level of detail is 0. `dimensions` leaves the layer out.
+void sample_part(const Image& image, const Sampler& sampler, int dimensions, const FloatPart* at,
+                 MaskPart mask, UintPart* out);
 
-} // namespace )
+} // namespace PALPATE_LEVEL
 
 namespace {
 
-namespace level = PALPATE_IN_LEVEL(PALPATE_LEVEL);
+namespace level = PALPATE_LEVEL;
 
 // A bound image, and what is asked of it at every sample.
 struct Texture {
