@@ -119,7 +119,7 @@ def make_inputs(palpate, checkout, folder):
     run("filter", "ct.nii", "--gaussian", "3", "-o", "b.nii")
     run("filter", "mr.nii.gz", "--gaussian", "3", "-o", "pet.nii")
     run("filter", "ct.nii", "--threshold", "300", "-o", "labels.nii")
-    for name in ("seeds.nii", "truth.nii.gz", "liver.nii.gz"):
+    for name in ("seeds.nii", "organs.nii", "truth.nii.gz", "liver.nii.gz"):
         run("convert", "labels.nii", name, "--labels")
     run("convert", "atlas.nii.gz", "atlas.nii", "--labels")
     run("project", "work.palpate", "--new", "ct.pbv", "--labels", "labels.nii")
