@@ -68,6 +68,41 @@ TEST_F(KeepingSteps, ComeBackWithTheirUndo) {
     EXPECT_EQ(files(), 1u);
 }
 
+// What was removed is counted from before the steps that came back, also under a step that was
+// undone.
+TEST_F(KeepingSteps, RemovedVolumeComesBackWithThem) {
+    const auto cut = [](Work& work, double x_mm) {
+        ViewState state = work.subject().home;
+        state.tool = &kCutTool;
+        state.radius_mm = 4.0;
+        work.obey(order::StrokeDown{{x_mm, 0, 0}, 1.0}, state);
+        work.obey(order::StrokeUp{{x_mm, 3, 0}, 1.1}, state);
+        work.session().settle();
+    };
+    double one_mm3 = 0.0, both_mm3 = 0.0;
+    {
+        Work work(source(), {800, 600}, 1.0, false);
+        cut(work, -5.0);
+        one_mm3 = work.removed().now()->all_mm3;
+        cut(work, 5.0);
+        both_mm3 = work.removed().now()->all_mm3;
+        work.session().undo();
+        work.session().settle();
+        EXPECT_EQ(work.removed().now()->all_mm3, one_mm3);
+    }
+    EXPECT_GT(one_mm3, 100.0); // of a ball of 268
+    EXPECT_GT(both_mm3, one_mm3);
+    Work work(source(), {800, 600}, 1.0, false);
+    EXPECT_EQ(work.removed().now()->all_mm3, one_mm3);
+    work.session().redo();
+    work.session().settle();
+    EXPECT_EQ(work.removed().now()->all_mm3, both_mm3);
+    for (int i = 0; i < 2; ++i)
+        work.session().undo();
+    work.session().settle();
+    EXPECT_EQ(work.removed().now()->all_mm3, 0.0);
+}
+
 // Names, colours, locks, measures, planes and the window come back as strokes do; undo takes each
 // back but the window.
 TEST_F(KeepingSteps, NotesComeBackWithThem) {

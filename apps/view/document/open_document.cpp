@@ -30,6 +30,7 @@ OpenDocument::OpenDocument(Source& source, glm::uvec2 window_px, double text_sca
       steps_file_(source.steps ? StepsFile(source.steps->path, source.steps->recovered)
                                : StepsFile()),
       session_(setup_of(source, threaded)),
+      first_grey_(std::move(source.first_grey)),
       notes_(session_),
       grey_(session_.sources().grey),
       labels_(session_.sources().labels),

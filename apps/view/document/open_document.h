@@ -51,6 +51,8 @@ class OpenDocument {
     // The newest of what is edited.
     EditState edited() { return session_.state(); }
     Volume grey();
+    // Before all steps that can be undone.
+    Volume first_grey() { return first_grey_ ? *first_grey_ : grey(); }
     std::optional<Volume> labels(); // none: a project without a map
     std::optional<Volume> seeds();
     Volume labels_or_empty();
@@ -97,6 +99,7 @@ class OpenDocument {
     double zero_hu_;
     StepsFile steps_file_; // outlives the session
     Session session_;
+    std::optional<Volume> first_grey_; // none: no steps came with the document
     NotesLink notes_;
     std::string grey_, labels_;
     std::optional<FusionLayer> fusion_;

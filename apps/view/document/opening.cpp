@@ -129,10 +129,28 @@ void add_windows(Subject& subject, const LoadedScene& loaded) {
     }
 }
 
+// Takes back all steps that came with a document, and does them again; the grey values between.
+Volume grey_before_steps(SessionSetup& setup) {
+    History& history = *setup.edit.begun;
+    size_t back = 0;
+    for (;; ++back) {
+        const Result<std::optional<Document>> before = history.undo(setup.document);
+        if (!before || !*before)
+            break;
+        setup.document = **before;
+    }
+    const Volume first = *setup.document.find(setup.grey);
+    for (; back > 0; --back)
+        setup.document = history.redo(setup.document).value().value();
+    return first;
+}
+
 } // namespace
 
 SessionSetup setup_of(Source& source, bool threaded) {
     SessionSetup setup = bare_setup_of(source, threaded);
+    if (setup.edit.begun)
+        source.first_grey = grey_before_steps(setup);
     setup.document.notes = all_notes(setup, source.scene.loaded);
     return setup;
 }

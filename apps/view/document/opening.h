@@ -14,6 +14,7 @@ struct Source {
     OpenedScene scene;
     std::optional<Project::Opened> project{}; // whose volumes the scene shows
     std::optional<KeptSteps> steps{};         // of what is no project
+    std::optional<Volume> first_grey{};       // before all steps that came with it; by setup_of()
 };
 
 // A session's beginning; takes the project's setup and the steps out of the source. The document

@@ -7,7 +7,7 @@
 namespace palpate::view {
 
 RemovedMaterial::RemovedMaterial(OpenDocument& document) : document_(document) {
-    reset();
+    counter_.begin(document_.first_grey());
 }
 
 void RemovedMaterial::reset() {

@@ -10,8 +10,9 @@
 
 namespace palpate::view {
 
-// Material that tools have taken away since the document was opened, or since reset(): samples that
-// were solid then and are not now. Undo gives it back.
+// Material that tools have taken away since the first step that can be undone, which may be one of
+// an earlier window, or since reset(): samples that were solid then and are not now. Undo gives it
+// back.
 class RemovedMaterial {
  public:
     explicit RemovedMaterial(OpenDocument& document);
