@@ -73,7 +73,10 @@ std::string refusal_of(const Instance& instance, VkPhysicalDevice device,
                        const DeviceOptions& options) {
     for (const std::string& name : options.device_extensions)
         if (!has_extension(device, name))
-            return fmt::format("the extension {} is missing", name);
+            return name == VK_KHR_SWAPCHAIN_EXTENSION_NAME
+                       ? "it opens no windows, for which the system needs a Vulkan driver, such as "
+                         "mesa-vulkan-drivers"
+                       : fmt::format("the extension {} is missing", name);
     if (!find_queue_family(instance, device, options))
         return "no queue both computes and presents";
     return "";
