@@ -4,8 +4,7 @@
 // shader and writes OUT/ID.h and OUT/ID.cpp:
 //
 //   struct spirv::<Id>       a bool for each macro, a number for each specialization constant, and
-//   a
-//                            conversion to Shader (engine/gpu/shader.h)
+//                            a conversion to Shader (engine/gpu/shader.h)
 //   the words, and of each   bindings with their types, and constants
 //   static_asserts           members of structs that the shader has from a header (.h) lie in C++
 //                            where they lie in SPIR-V
@@ -26,7 +25,11 @@
 #include <string>
 #include <vector>
 
+#include "native/opcodes.h"
+
 namespace {
+
+using namespace translator; // numbers of SPIR-V
 
 using Strings = std::vector<std::string>;
 using Decorations = std::map<uint32_t, uint32_t>; // by kind, their first operand
@@ -35,40 +38,6 @@ template <class... Arguments>
 [[noreturn]] void fail(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
     throw std::runtime_error(fmt::format(text, std::forward<Arguments>(arguments)...));
 }
-
-// SPIR-V 1.6: 2.3 physical layout, 3.20 decorations, 3.49 instructions.
-enum Op : uint32_t {
-    kName = 5,
-    kMemberName = 6,
-    kTypeBool = 20,
-    kTypeInt = 21,
-    kTypeFloat = 22,
-    kTypeVector = 23,
-    kTypeMatrix = 24,
-    kTypeImage = 25,
-    kTypeSampledImage = 27,
-    kTypeArray = 28,
-    kTypeRuntimeArray = 29,
-    kTypeStruct = 30,
-    kTypePointer = 32,
-    kConstant = 43,
-    kSpecConstantTrue = 48,
-    kSpecConstantFalse = 49,
-    kSpecConstant = 50,
-    kVariable = 59,
-    kDecorate = 71,
-    kMemberDecorate = 72
-};
-enum Decoration : uint32_t {
-    kSpecId = 1,
-    kBlock = 2,
-    kArrayStride = 6,
-    kMatrixStride = 7,
-    kBinding = 33,
-    kDescriptorSet = 34,
-    kOffset = 35
-};
-enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
 
 struct Module {
     std::map<uint32_t, std::vector<uint32_t>> made; // types, constants and variables by id

@@ -194,19 +194,21 @@ void Translator::block(uint32_t id, uint32_t from) {
     }
 }
 
+void Translator::await(uint32_t from, uint32_t merge) {
+    Target target{.block = merge, .depth = branches_.size()};
+    if (leaves(from, merge)) {
+        target.mask = fmt::format("m{}", merge);
+        line(fmt::format("B {}(false);", target.mask));
+    }
+    declare_phis(merge);
+    targets_.push_back(target);
+}
+
 void Translator::conditional(const Block& here) {
     const bool merges = here.merge != 0 && here.continues == 0;
     const std::string whole = mask();
-    if (merges) {
-        const bool open_end = leaves(here.id, here.merge);
-        Target merge{.block = here.merge, .depth = branches_.size()};
-        if (open_end) {
-            merge.mask = fmt::format("m{}", here.merge);
-            line(fmt::format("B {}(false);", merge.mask));
-        }
-        declare_phis(here.merge);
-        targets_.push_back(merge);
-    }
+    if (merges)
+        await(here.id, here.merge);
     const Part condition = parts(here.end.in[0])[0];
     const uint32_t ways[2] = {here.end.in[1], here.end.in[2]};
     if (condition.uniform) {
@@ -251,14 +253,7 @@ void Translator::conditional(const Block& here) {
 
 void Translator::switched(const Block& here) {
     const std::string whole = mask();
-    const bool open_end = leaves(here.id, here.merge);
-    Target merge{.block = here.merge, .depth = branches_.size()};
-    if (open_end) {
-        merge.mask = fmt::format("m{}", here.merge);
-        line(fmt::format("B {}(false);", merge.mask));
-    }
-    declare_phis(here.merge);
-    targets_.push_back(merge);
+    await(here.id, here.merge);
     const Part selector = parts(here.end.in[0])[0];
     std::vector<uint32_t> order; // of the blocks, the default last
     std::map<uint32_t, std::string> chosen;

@@ -125,6 +125,8 @@ class Translator {
     void edge(uint32_t from, uint32_t to);
     void assign(const Block& to, uint32_t from, Target& target, bool diverges);
     void declare_phis(uint32_t block);
+    // Declares what branches to `merge`, the merge of a selection that begins in `from`, fill.
+    void await(uint32_t from, uint32_t merge);
     void arrive(Target target, const std::string& whole);
     Target* target(uint32_t block);
     bool leaves(uint32_t from, uint32_t merge) const;

@@ -68,7 +68,7 @@ TEST_F(KeepingSteps, ComeBackWithTheirUndo) {
     EXPECT_EQ(files(), 1u);
 }
 
-// What was removed is counted from before the steps that came back, also under a step that was
+// Removed material is counted from before the steps that came back, also under a step that was
 // undone.
 TEST_F(KeepingSteps, RemovedVolumeComesBackWithThem) {
     const auto cut = [](Work& work, double x_mm) {

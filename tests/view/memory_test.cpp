@@ -192,6 +192,19 @@ class MemorySession {
     bool told_ = false, lost_ = false;
 };
 
+// Else no session would meet a failure, and all would pass.
+TEST(FailingSession, LargeCallOfTheProgramFailsAndASmallOneDoesNot) {
+    const auto call = [](size_t bytes) { ::operator delete(::operator new(bytes)); };
+    failing_memory::begin(1);
+    failing_memory::pause(false);
+    EXPECT_NO_THROW(call(failing_memory::kLarge - 1));
+    EXPECT_THROW(call(failing_memory::kLarge), std::bad_alloc);
+    EXPECT_NO_THROW(call(failing_memory::kLarge));
+    const failing_memory::Counted counted = failing_memory::end();
+    EXPECT_EQ(counted.calls, 2u);
+    EXPECT_TRUE(counted.failed);
+}
+
 namespace {
 [[maybe_unused]] const bool kInstead = [] {
     RecordedSession::instead_of_end = MemorySession::run;

@@ -51,7 +51,7 @@ inline void expect_part(const nlohmann::json& is, const nlohmann::json& expected
 
 class RecordedSession : public ViewerTest, public ::testing::WithParamInterface<RecordedSteps> {
  public:
-    // What is done with a session instead, in a program that wants something else of them.
+    // A program that wants something else of sessions does this with each.
     static inline void (*instead_of_end)(RecordedSession&) = nullptr;
 
  protected:

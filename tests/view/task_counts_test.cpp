@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a person does in a session, by the rules of the page: a press, a key or chord, a turn of the
-// wheel, and a text with the key that ends it are one each. A key that is held while another thing
-// is done makes one with it.
+// Counts what a person does in a session, by the rules of the page: a press, a key or chord, a turn
+// of the wheel, and a text with the key that ends it are one each. A key that is held while another
+// thing is done makes one with it.
 int presses_of(const Script& script) {
     int count = 0;
     bool text_ends = false, wheel_goes_on = false;

@@ -137,7 +137,7 @@ class Task : public ViewerTest {
     Volume labels() { return window_->work().labels().value(); }
     double value_at(glm::uvec3 at) { return sample(grey(), at); }
     static double sample(const Volume& volume, glm::uvec3 at) { return volume.value(at); }
-    // Of samples with this label; the millimetres of the volume that they fill.
+    // Each sample with this label.
     template <class Each>
     void for_each_labelled(uint16_t label, const Each& each) {
         const Volume map = labels();

@@ -110,7 +110,7 @@ TEST_F(LookTask, T14_AllSlicesGoToThePointAndItsValueIsShown) {
     EXPECT_EQ(now["at_crosshair"], fmt::format("(12, 27, 20)  {:g} HU", value_at({12, 27, 20})));
 }
 
-// Of a ball of 35 mm, whose surface is 1.5 mm wide, the pointer meets the surface: a ray finds it
+// The pointer meets the surface of a ball of 35 mm, which is 1.5 mm wide: a ray finds it
 // to a step of half a sample of 50 / 23 mm, and slices go to the nearest sample.
 TEST_F(LookTask, T15_SlicesGoToThePointOnTheSurfaceIn3D) {
     begin(open_synthetic("synthetic:ball?size=47"));

@@ -57,7 +57,7 @@ TEST_F(WriteTask, T13_MeasuresAreATable) {
     EXPECT_NE(read[2].find("sphere"), std::string::npos);
 }
 
-// Of 160 x 120 pixels, so that the test is quick.
+// Pictures of 160 x 120 pixels keep the test quick.
 TEST_F(FigureTask, T29_PicturesOfOneTurnAreWritten) {
     begin(head(24), false, /*writes=*/true);
     play("start/29");

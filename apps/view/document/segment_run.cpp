@@ -124,7 +124,7 @@ Result<Segmented> SegmentRun::run_method(SegmentInput input, const Task& task) c
     if (input.seeds) {
         PALPATE_TRY(within.seeds, made(crop_bricks(*input.seeds, low, high), quietly));
     }
-    // What is seen on the way would lie on the part's grid: it is left out.
+    // Pictures on the way would lie on the part's grid: they are left out.
     PALPATE_TRY(Segmented found,
                 segment(*job_.method, within, job_.given, {task.stop, task.progress}));
     PALPATE_TRY(found.labels, made(pad_bricks(found.labels, low, behind, 0.0), quietly));

@@ -21,7 +21,7 @@ constexpr struct {
 };
 static_assert(std::size(kHints) == std::tuple_size_v<decltype(Hints::followed)>);
 
-// What a person has done since the last frame.
+// Notes what a person has done since the last frame.
 void follow(HintsPanel& panel, ViewState& state, bool has_paged) {
     Hints& hints = state.hints;
     const bool is_first = !std::exchange(panel.was_open, true);

@@ -50,7 +50,7 @@ class Interface {
     const std::string& place() const { return status_.place; }
     // Whether a person is in the middle of a drag or of a word in a widget.
     bool is_busy() const { return busy_; }
-    // What a window without a file offers, its pictures in the texture of this number; null: none.
+    // Offers of a window without a file; their pictures are kWelcomeTexture. Null: none.
     void show_welcome(const Welcome* welcome) { welcome_ = welcome; }
     static constexpr uint32_t kWelcomeTexture = 2 + static_cast<uint32_t>(kPanels.size());
     // For when another document begins.

@@ -22,7 +22,7 @@ class SeriesPreviews {
 
     // threaded: false: they are there when the constructor returns.
     SeriesPreviews(Read read, std::string path, std::vector<uint32_t> numbers, bool threaded);
-    // Of anything else that has small pictures: kSide_px squares of 4 bytes a pixel.
+    // Makes the small picture of anything else: a kSide_px square of 4 bytes a pixel.
     using Make = std::function<Result<std::vector<std::byte>>(size_t i, const std::stop_token&)>;
     SeriesPreviews(Make make, size_t count, bool threaded);
 

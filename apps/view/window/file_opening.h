@@ -33,7 +33,7 @@ class FileOpening {
     bool asks_series() const { return asks_series_; }
     bool is_of_labels() const { return labels_; }
 
-    // What was read, once it is there, and once.
+    // The result of reading, once it is there, and once.
     std::optional<Result<Source>> take();
     std::optional<Result<LoadedVolume>> take_beside();
 

@@ -110,7 +110,7 @@ void take_picture(const KeyPress& press) {
     press.order(order::PrintFigure{"figure.png"});
 }
 
-// Of the label under the pointer in a slice, else of the one that is drawn.
+// Locks or unlocks the label under the pointer in a slice, else the one that is drawn.
 void lock_label(const KeyPress& press) {
     ViewState& state = press.state;
     uint16_t label = 0;
