@@ -115,6 +115,16 @@ std::span<const SegmentMethod> segment_methods() {
              {},
              {kLow, kHigh, kDeviations, kNeighbors},
              run_growing},
+            {"grow-from-seeds",
+             "Every sample to the seeds that reach it first while water rises over the edges; "
+             "takes "
+             "seeds of all objects and of what lies around them",
+             true,
+             {},
+             {{"height", "mm", 1e-3, 1e7, kUnset, "5 diagonals of the volume",
+               "Way that the steepest edge counts as: more follows edges, less takes the nearest "
+               "seed"}},
+             run_grow},
             {"watershed",
              "Every sample to the seeds that reach it over the lowest edge",
              true,

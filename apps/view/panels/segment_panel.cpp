@@ -121,7 +121,9 @@ void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) 
 } // namespace
 
 void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
-    if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
+    // All methods are seen, as many as there are.
+    if (ImGui::BeginCombo("##method", state.segmenting.method.c_str(),
+                          ImGuiComboFlags_HeightLarge)) {
         for (const SegmentMethod& method : segment_methods()) {
             if (method.takes_curves)
                 continue; // the window has none
