@@ -26,7 +26,7 @@ struct Step {
 
 struct FilterOptions {
     ReadFlags read;
-    std::string out, type;
+    std::string out, type, locked;
     std::vector<std::string> with; // NAME=FILE
     bool labels = false, list = false;
     // Texts of the filters' options, by the filters' places in the table.
@@ -52,6 +52,13 @@ std::string list_text() {
 // The filters in the order in which they were typed.
 Result<std::vector<Step>> steps_of(const FilterOptions& o) {
     std::vector<Step> steps;
+    std::vector<uint16_t> locked;
+    if (!o.locked.empty()) {
+        Result<std::vector<uint16_t>> read = read_locked_labels(o.locked);
+        if (!read)
+            return fail("--locked: {}", read.error().message);
+        locked = std::move(*read);
+    }
     std::map<const CLI::Option*, size_t> seen;
     for (const CLI::Option* option : o.app->parse_order())
         for (size_t i = 0; i < filters().size(); ++i) {
@@ -65,6 +72,9 @@ Result<std::vector<Step>> steps_of(const FilterOptions& o) {
                 read_filter_values(filter, plain ? "" : texts[std::min(use, texts.size() - 1)]);
             if (!values)
                 return fail("--{}: {}", filter.name, values.error().message);
+            values->locked = locked;
+            if (const Result<void> can = check_locked(filter, *values); !can)
+                return fail("--{}: {}", filter.name, can.error().message);
             steps.push_back({&filter, std::move(*values)});
         }
     return steps;
@@ -203,6 +213,11 @@ Command add_filter(CLI::App& app) {
                        "bricks: with V a .pbv too, results larger than memory)");
     app.add_flag("--labels", o->labels,
                  "Read V as a label map: whole numbers, 0 is background (default: grey values)");
+    app.add_option(
+           "--locked", o->locked,
+           "Labels that stay as they are: filters of label maps take no sample of theirs and "
+           "give them none (default: none)")
+        ->type_name("LABEL[,LABEL..]");
     app.add_option("--type", o->type,
                    "Type of the result: rounded to the nearest value it holds (default: integers "
                    "stay as they are where a filter makes no others, else f32)")

@@ -48,6 +48,7 @@ struct ElementRow {
 };
 // A sample and its neighbours; and the samples whose centres are at most reach_mm from its own.
 std::vector<ElementRow> element_of(Neighbours neighbours);
+constexpr double kOnTheBall = 1.0 + 1e-6; // a reach that holds what is a rounding farther
 std::vector<ElementRow> ball_of(glm::dvec3 spacing_mm, double reach_mm);
 
 // Grows a set by an element about each of its samples, or takes those away whose element leaves the

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "engine/base/assert.h"
+#include "engine/segment/label_bounds.h"
 #include "engine/segment/label_samples.h"
 #include "engine/segment/rows.h"
 #include "engine/segment/runs.h"
@@ -20,11 +23,15 @@ std::vector<uint64_t> counts_of(const LabelRuns& found) {
     return counts;
 }
 
-// The map with other labels in some runs: of run i, `label(i)`.
+double ml_of_sample(const Grid& grid) {
+    return std::abs(glm::determinant(glm::dmat3(grid.world_from_index))) / 1000.0;
+}
+
+// The map, as `type`, with other labels in some runs: of run i, `label(i)`.
 template <class Label>
 Result<Volume> relabelled(const Volume& labels, const LabelRuns& found, const Label& label,
-                          const Task& task) {
-    return visit_scalar(labels.type(), [&]<class T>(T) {
+                          ScalarType type, const Task& task) {
+    return visit_scalar(type, [&]<class T>(T) {
         return make_rows<T>(labels.grid(), task, [&](uint32_t y, uint32_t z, std::span<T> row) {
             std::vector<uint16_t> before(row.size());
             read_labels(labels, {0, y, z}, {int(row.size()), 1, 1}, before.data());
@@ -167,8 +174,7 @@ Result<Volume> remove_islands(const Volume& labels, const IslandsOptions& option
     if (!found.find(labels, kind, options.neighbours, task.part(0.0, 0.7)))
         return stopped();
     const std::vector<uint64_t> counts = counts_of(found);
-    const double sample_ml =
-        std::abs(glm::determinant(glm::dmat3(labels.grid().world_from_index))) / 1000.0;
+    const double sample_ml = ml_of_sample(labels.grid());
     std::map<uint16_t, uint32_t> largest; // of each label the root; of equal ones the first
     for (uint32_t i = 0; i < counts.size(); ++i)
         if (counts[i] > 0) {
@@ -186,7 +192,69 @@ Result<Volume> remove_islands(const Volume& labels, const IslandsOptions& option
                               (options.largest_alone && largest.at(label) != root);
             return goes ? uint16_t{0} : label;
         },
-        task.part(0.7, 1.0));
+        labels.type(), task.part(0.7, 1.0));
+}
+
+Result<Volume> keep_piece(const Volume& labels, const PieceOptions& options, const Task& task) {
+    PALPATE_TRY(check_labels(labels, "piece"));
+    PALPATE_ASSERT(glm::all(glm::lessThan(options.at, labels.size())));
+    uint16_t label = 0;
+    read_labels(labels, glm::ivec3(options.at), glm::ivec3(1), &label);
+    if (label == 0)
+        return fail("piece: expected a sample with a label, found the background");
+    LabelRuns found;
+    const auto kind = [label](uint16_t one) { return one == label ? label : uint16_t{0}; };
+    if (!found.find(labels, kind, options.neighbours, task.part(0.0, 0.7)))
+        return stopped();
+    auto [run, end] = found.row(options.at.y, options.at.z);
+    while (found.runs()[run].end <= options.at.x)
+        ++run;
+    const uint32_t kept = found.roots()[run];
+    return relabelled(
+        labels, found, [&](uint32_t i) { return found.roots()[i] == kept ? label : uint16_t{0}; },
+        labels.type(), task.part(0.7, 1.0));
+}
+
+Result<Volume> split_pieces(const Volume& labels, const SplitOptions& options, const Task& task) {
+    PALPATE_TRY(check_labels(labels, "split"));
+    if (options.label == 0)
+        return fail("split: expected a label 1 .. 65535, found 0, which is the background");
+    if (!(options.least_ml >= 0.0))
+        return fail("split: expected a volume of 0 ml or more, found {:g}", options.least_ml);
+    const auto present = label_bounds(labels, task.part(0.0, 0.1));
+    LabelRuns found;
+    const auto kind = [&](uint16_t one) { return one == options.label ? one : uint16_t{0}; };
+    if (!present || !found.find(labels, kind, options.neighbours, task.part(0.1, 0.7)))
+        return stopped();
+    const std::vector<uint64_t> counts = counts_of(found);
+    std::vector<uint32_t> roots;
+    for (uint32_t i = 0; i < counts.size(); ++i)
+        if (counts[i] > 0 && double(counts[i]) * ml_of_sample(labels.grid()) >= options.least_ml)
+            roots.push_back(i);
+    std::stable_sort(roots.begin(), roots.end(),
+                     [&](uint32_t a, uint32_t b) { return counts[a] > counts[b]; });
+    std::map<uint32_t, uint16_t> given; // by root
+    uint32_t next = 1;
+    for (size_t n = 1; n < roots.size(); ++n, ++next) {
+        while (next <= 65535 && present->contains(uint16_t(next)))
+            ++next;
+        if (next > 65535)
+            return fail(
+                "split: expected at most {} pieces, so many labels are free, found {}: leave out "
+                "small ones",
+                n, roots.size());
+        given.emplace(roots[n], uint16_t(next));
+    }
+    const bool holds = next == 1 || visit_scalar(labels.type(), [&]<class T>(T) {
+                           return double(next - 1) <= double(std::numeric_limits<T>::max());
+                       });
+    return relabelled(
+        labels, found,
+        [&](uint32_t i) {
+            const auto at = given.find(found.roots()[i]);
+            return at == given.end() ? options.label : at->second;
+        },
+        holds ? labels.type() : ScalarType::u16, task.part(0.7, 1.0));
 }
 
 Result<Volume> fill_holes(const Volume& labels, const HolesOptions& options, const Task& task) {
@@ -198,7 +266,7 @@ Result<Volume> fill_holes(const Volume& labels, const HolesOptions& options, con
         return stopped();
     const Holes holes(labels, found);
     return relabelled(
-        labels, found, [&](uint32_t i) { return holes.filling(i, options.label); },
+        labels, found, [&](uint32_t i) { return holes.filling(i, options.label); }, labels.type(),
         task.part(0.6, 1.0));
 }
 

@@ -41,6 +41,25 @@ struct IslandsOptions {
 Result<Volume> remove_islands(const Volume& labels, const IslandsOptions& options,
                               const Task& task);
 
+// Keeps of the label that a sample has the connected piece with that sample; others become 0.
+// Refused: a sample of 0.
+struct PieceOptions {
+    glm::uvec3 at{}; // below the map's size
+    Neighbours neighbours = Neighbours::corners;
+};
+Result<Volume> keep_piece(const Volume& labels, const PieceOptions& options, const Task& task);
+
+// Gives each connected piece of a label one of its own: the largest keeps it, others get the lowest
+// labels that no sample has, larger ones first (of equal ones the one with the earlier sample).
+// Pieces smaller than least_ml stay as they are. The result has the type of the map, or u16 where
+// that does not hold a new label. Refused: label 0; where fewer labels are free than pieces.
+struct SplitOptions {
+    uint16_t label = 1;
+    Neighbours neighbours = Neighbours::corners;
+    double least_ml = 0.0;
+};
+Result<Volume> split_pieces(const Volume& labels, const SplitOptions& options, const Task& task);
+
 // The map with its holes filled: pieces of 0, joined by `background`, that do not reach the border
 // of the volume get the label that shares most faces with them (of equal ones the lowest). With
 // `label`, that one alone fills, and holes in which another label lies are left as they are.

@@ -88,6 +88,24 @@ Result<FilterValues> read_filter_values(const Filter& filter, const std::string&
     return values;
 }
 
+Result<Volume> other_volume(const FilterValues& values, const std::string& name) {
+    if (values.others)
+        if (const auto found = values.others->find(name); found != values.others->end())
+            return found->second;
+    return fail("expected the name of a volume that --with {}=FILE gives, found '{}'", "NAME",
+                name);
+}
+
+Result<std::vector<uint16_t>> read_locked_labels(const std::string& text) {
+    std::vector<uint16_t> labels;
+    for (const std::string& part : split(text, ',')) {
+        PALPATE_TRY(const double label,
+                    read_filter_value({"label", "", 1, 65535, {}, "", true}, part));
+        labels.push_back(uint16_t(label));
+    }
+    return labels;
+}
+
 std::string filter_arguments(const Filter& filter) {
     if (filter.text[0] != '\0')
         return filter.text;

@@ -3,6 +3,7 @@
 #include "engine/segment/bilateral.h"
 #include "engine/segment/gaussian.h"
 #include "engine/segment/grid_change.h"
+#include "engine/segment/label_merge.h"
 #include "engine/segment/median.h"
 #include "engine/segment/pointwise.h"
 #include "engine/segment/resample.h"
@@ -21,14 +22,6 @@ const char* const kPlaces = "a brick of each volume for each thread";
 
 FilterParameter sigma(std::optional<double> preset = {}) {
     return {"sigma", "mm", 0.0, kMostMm, preset};
-}
-
-Result<Volume> other_volume(const FilterValues& values, const std::string& name) {
-    if (values.others)
-        if (const auto found = values.others->find(name); found != values.others->end())
-            return found->second;
-    return fail("expected the name of a volume that --with {}=FILE gives, found '{}'", "NAME",
-                name);
 }
 
 Result<BrickMaker> smooth(const Volume& volume, const FilterValues& v, const Task&) {
@@ -336,10 +329,21 @@ std::span<const Filter> filters() {
     return table();
 }
 
+Result<void> check_locked(const Filter& filter, const FilterValues& values) {
+    if (!values.locked.empty() && !filter.changes_map)
+        return fail("expected a filter that changes a label map, where labels are locked");
+    return {};
+}
+
 Result<Volume> run_filter(const Filter& filter, const Volume& volume, const FilterValues& values,
                           const Task& task) {
-    if (!filter.bricks)
-        return filter.whole(volume, values, task);
+    PALPATE_TRY(check_locked(filter, values));
+    if (!filter.bricks) {
+        if (values.locked.empty())
+            return filter.whole(volume, values, task);
+        PALPATE_TRY(const Volume made, filter.whole(volume, values, task.part(0.0, 0.9)));
+        return with_locked(volume, made, values.locked, task.part(0.9, 1.0));
+    }
     PALPATE_TRY(const BrickMaker maker, filter.bricks(volume, values, {task.stop, {}}));
     PALPATE_TRY(expect_result_memory(maker, volume, values.memory_bytes));
     return make_bricks(maker, task);

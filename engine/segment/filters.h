@@ -28,6 +28,8 @@ struct FilterValues {
     std::vector<double> numbers;
     std::string text;                                 // of a filter that takes one
     const std::map<std::string, Volume>* others = {}; // further volumes, by name; may be null
+    // Labels of which a filter that changes a map neither takes a sample nor gives one more.
+    std::vector<uint16_t> locked{};
     uint64_t memory_bytes = 0; // most of a result of another size (expect_memory()); 0: the default
 };
 
@@ -46,6 +48,8 @@ struct Filter {
     // Its input is a label map: whole numbers 0 .. 65535, 0 is background. So is its result, unless
     // that is f32.
     bool takes_labels = false;
+    // Its result is the map with some labels changed, so that others can be locked.
+    bool changes_map = false;
 };
 
 std::span<const Filter> filters();
@@ -54,6 +58,10 @@ std::vector<Filter> label_filters(); // those of filters() that take labels
 // The values in "1.5", "2,50" or "2,range=50": in the order of the parameters, or by name. Those
 // left out have their preset. The error states the expected and the found text.
 Result<FilterValues> read_filter_values(const Filter& filter, const std::string& text);
+// The one of FilterValues::others that has that name.
+Result<Volume> other_volume(const FilterValues& values, const std::string& name);
+// Labels in "3" or "3,5", 1 .. 65535 each.
+Result<std::vector<uint16_t>> read_locked_labels(const std::string& text);
 Result<double> read_filter_value(const FilterParameter& parameter, const std::string& text);
 
 // "SIGMA" or "SIGMA[,SECOND]", and "sigma: 0 .. 1000 mm; ..".
@@ -62,5 +70,7 @@ std::string filter_ranges(const Filter& filter);
 
 Result<Volume> run_filter(const Filter& filter, const Volume& volume, const FilterValues& values,
                           const Task& task); // as the table says; on the whole volume
+// Whether a filter can leave labels as they are, where any are locked; else a sentence.
+Result<void> check_locked(const Filter& filter, const FilterValues& values);
 
 } // namespace palpate

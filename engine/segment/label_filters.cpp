@@ -3,6 +3,9 @@
 
 #include "engine/segment/components.h"
 #include "engine/segment/filters.h"
+#include "engine/segment/label_logic.h"
+#include "engine/segment/label_median.h"
+#include "engine/segment/margin.h"
 #include "engine/segment/morphology.h"
 #include "engine/segment/signed_distance.h"
 #include "engine/segment/smooth_labels.h"
@@ -34,6 +37,8 @@ template <MorphologyStep kStep>
 Result<Volume> morph(const Volume& volume, const FilterValues& v, const Task& task) {
     MorphologyOptions o{.step = kStep, .label = label_of(v.numbers[2])};
     o.overwrite = v.numbers[3] > 0.0;
+    if (!v.locked.empty() && !o.label)
+        return fail("expected a label that changes, where others are locked; found all as a mask");
     if (v.numbers[0] == 3.0) {
         o.radius_mm = v.numbers[1];
     } else {
@@ -72,12 +77,80 @@ Result<Volume> close_holes(const Volume& volume, const FilterValues& v, const Ta
     return fill_holes(
         volume, {.background = neighbours_of(v.numbers[0]), .label = label_of(v.numbers[1])}, task);
 }
+Result<Volume> keep_piece_at(const Volume& volume, const FilterValues& v, const Task& task) {
+    const glm::dvec4 place(v.numbers[0], v.numbers[1], v.numbers[2], 1.0);
+    const glm::ivec3 at(glm::round(glm::dvec3(index_from_world(volume.grid()) * place)));
+    if (glm::any(glm::lessThan(at, glm::ivec3(0))) ||
+        glm::any(glm::greaterThanEqual(at, glm::ivec3(volume.size()))))
+        return fail("expected a place in the volume, found sample {}, {}, {}", at.x, at.y, at.z);
+    return keep_piece(volume, {.at = glm::uvec3(at), .neighbours = neighbours_of(v.numbers[3])},
+                      task);
+}
+Result<Volume> split_label(const Volume& volume, const FilterValues& v, const Task& task) {
+    return split_pieces(volume,
+                        {.label = uint16_t(v.numbers[0]),
+                         .neighbours = neighbours_of(v.numbers[1]),
+                         .least_ml = v.numbers[2]},
+                        task);
+}
 Result<BrickMaker> smooth_walls(const Volume& volume, const FilterValues& v, const Task& task) {
-    return smooth_labels_bricks(volume, {v.numbers[0]}, task);
+    return smooth_labels_bricks(volume, {.sigma_mm = v.numbers[0], .locked = v.locked}, task);
+}
+Result<BrickMaker> vote(const Volume& volume, const FilterValues& v, const Task&) {
+    return label_median_bricks(volume, {v.numbers[0], v.locked});
+}
+
+// A label and whether it grows over others, the last two of a filter's numbers.
+ChangedLabels changed_labels(const FilterValues& v) {
+    const size_t last = v.numbers.size() - 1;
+    return {label_of(v.numbers[last - 1]), v.numbers[last] > 0.0, v.locked};
+}
+Result<Volume> move_walls(const Volume& volume, const FilterValues& v, const Task& task) {
+    return margin(volume, v.numbers[0], changed_labels(v), task);
+}
+Result<Volume> hollow_out(const Volume& volume, const FilterValues& v, const Task& task) {
+    return hollow(volume, v.numbers[0], Wall(int(v.numbers[1])), changed_labels(v), task);
+}
+
+// "LOGIC,LABEL[,OF[,NAME]]".
+Result<Volume> combine(const Volume& volume, const FilterValues& v, const Task& task) {
+    std::vector<std::string> parts{""};
+    for (const char c : v.text)
+        if (c == ',')
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    if (parts.size() < 2 || parts.size() > 4)
+        return fail("expected LOGIC,LABEL[,OF[,NAME]], found '{}'", v.text);
+    PALPATE_TRY(
+        const double logic,
+        read_filter_value({"logic", "", 0, 4, {}, "copy|add|subtract|intersect|invert"}, parts[0]));
+    PALPATE_TRY(const double one,
+                read_filter_value({"label", "", 1, 65535, {}, "", true}, parts[1]));
+    LabelLogicOptions o{.logic = LabelLogic(int(logic)), .label = uint16_t(one)};
+    o.locked = v.locked;
+    if (parts.size() > 2) {
+        PALPATE_TRY(const double of,
+                    read_filter_value({"of", "", 0, 65535, {}, "", true}, parts[2]));
+        o.of = uint16_t(of);
+    }
+    std::optional<Volume> other;
+    if (parts.size() > 3) {
+        PALPATE_TRY(other, other_volume(v, parts[3]));
+        o.other = &*other;
+    }
+    const bool needs_set = o.logic != LabelLogic::invert;
+    if (needs_set && o.of == 0 && !o.other)
+        return fail("expected the label OF that is combined with {}, found none", o.label);
+    return label_logic(volume, o, task);
 }
 
 FilterParameter label() {
     return {"label", "(0: all)", 0, 65535, 0.0, "", true};
+}
+
+FilterParameter over() {
+    return {"over", "", 0, 1, 0.0, "background|all"};
 }
 
 Filter morphology_filter(const char* name, const char* purpose,
@@ -88,19 +161,138 @@ Filter morphology_filter(const char* name, const char* purpose,
             {{"element", "", 0, 3, {}, kElements},
              {"by", "times, or mm of a ball", 0.0, 1000.0, 1.0},
              label(),
-             {"over", "", 0, 1, 0.0, "background|all"}},
+             over()},
             "u8; of a label the type of the input",
             "2 bits a sample; a ball of more than 10 samples: 9 bytes a sample",
             nullptr,
             run,
+            true,
             true};
+}
+
+const char* const kSame = "the type of the input";
+const char* const kBox = "8 bytes a sample of the largest label's box and of bricks that change";
+
+std::vector<Filter> piece_filters() {
+    return {
+        {"components",
+         "Number connected pieces by size, the largest 1; those with fewer than least samples "
+         "become 0",
+         "",
+         {{"neighbours", "", 0, 2, {}, kNeighbours},
+          label(),
+          {"of", "", 0, 1, 0.0, "labels|mask"},
+          {"least", "samples", 1, 1e15, 1.0, "", true}},
+         "u16",
+         kRuns,
+         nullptr,
+         number_pieces,
+         true},
+        {"islands",
+         "Set connected pieces of a label below a volume to 0",
+         "",
+         {{"least", "ml", 0.0, 1e9}, {"neighbours", "", 0, 2, 2.0, kNeighbours}, label()},
+         kSame,
+         kRuns,
+         nullptr,
+         drop_islands,
+         true,
+         true},
+        {"largest",
+         "Set all but the largest connected piece of each label to 0",
+         "",
+         {{"neighbours", "", 0, 2, {}, kNeighbours}, label()},
+         kSame,
+         kRuns,
+         nullptr,
+         keep_largest,
+         true,
+         true},
+        {"holes",
+         "Fill pieces of 0, joined by neighbours, that do not reach the border, with the label "
+         "around them",
+         "",
+         {{"neighbours", "", 0, 2, {}, kNeighbours}, label()},
+         kSame,
+         kRuns,
+         nullptr,
+         close_holes,
+         true,
+         true},
+        {"piece",
+         "Keep of the label at a place (LPS) the connected piece there, and set its others to 0",
+         "",
+         {{"x", "mm", -1e9, 1e9},
+          {"y", "mm", -1e9, 1e9},
+          {"z", "mm", -1e9, 1e9},
+          {"neighbours", "", 0, 2, 2.0, kNeighbours}},
+         kSame,
+         kRuns,
+         nullptr,
+         keep_piece_at,
+         true,
+         true},
+        {"split",
+         "Give connected pieces of a label, but for the largest, free labels of their own, larger "
+         "ones first; least: smaller ones stay",
+         "",
+         {{"label", "", 1, 65535, 1.0, "", true},
+          {"neighbours", "", 0, 2, 2.0, kNeighbours},
+          {"least", "ml", 0.0, 1e9, 0.0}},
+         "the type of the input; u16 where it does not hold a label",
+         kRuns,
+         nullptr,
+         split_label,
+         true,
+         true},
+    };
+}
+
+std::vector<Filter> wall_filters() {
+    return {
+        {"margin",
+         "Grow labels by MM, or shrink them where it is negative; each free sample goes to the "
+         "nearest",
+         "",
+         {{"mm", "mm", -1000.0, 1000.0}, label(), over()},
+         kSame,
+         kBox,
+         nullptr,
+         move_walls,
+         true,
+         true},
+        {"hollow",
+         "Leave of labels a wall of so many mm: within them, on both sides of their border, or "
+         "around them",
+         "",
+         {{"mm", "mm", 0.0, 1000.0},
+          {"wall", "", 0, 2, 0.0, "inside|middle|outside"},
+          label(),
+          over()},
+         kSame,
+         kBox,
+         nullptr,
+         hollow_out,
+         true,
+         true},
+        {"logic",
+         "Combine a label with the samples of label OF (0: of all), here or in a map of --with: "
+         "copy, add, subtract, intersect, or invert; a sample that joins leaves its own label",
+         "LOGIC,LABEL[,OF[,NAME]]",
+         {},
+         "the type of the input; u16 where it does not hold the label",
+         "a brick of each map for each thread",
+         nullptr,
+         combine,
+         true,
+         true},
+    };
 }
 
 } // namespace
 
 std::vector<Filter> label_filters() {
-    const char* const kSame = "the type of the input";
-    return {
+    std::vector<Filter> all{
         {"signed-distance",
          "Distance in mm to the nearest sample of another kind, negative in the object; max 0: "
          "without limit",
@@ -123,57 +315,31 @@ std::vector<Filter> label_filters() {
                           morph<MorphologyStep::open>),
         morphology_filter("close", "Dilate, then erode: fills narrow gaps",
                           morph<MorphologyStep::close>),
-        {"components",
-         "Number connected pieces by size, the largest 1; those with fewer than least samples "
-         "become 0",
-         "",
-         {{"neighbours", "", 0, 2, {}, kNeighbours},
-          label(),
-          {"of", "", 0, 1, 0.0, "labels|mask"},
-          {"least", "samples", 1, 1e15, 1.0, "", true}},
-         "u16",
-         kRuns,
-         nullptr,
-         number_pieces,
-         true},
-        {"islands",
-         "Set connected pieces of a label below a volume to 0",
-         "",
-         {{"least", "ml", 0.0, 1e9}, {"neighbours", "", 0, 2, 2.0, kNeighbours}, label()},
-         kSame,
-         kRuns,
-         nullptr,
-         drop_islands,
-         true},
-        {"largest",
-         "Set all but the largest connected piece of each label to 0",
-         "",
-         {{"neighbours", "", 0, 2, {}, kNeighbours}, label()},
-         kSame,
-         kRuns,
-         nullptr,
-         keep_largest,
-         true},
-        {"holes",
-         "Fill pieces of 0, joined by neighbours, that do not reach the border, with the label "
-         "around them",
-         "",
-         {{"neighbours", "", 0, 2, {}, kNeighbours}, label()},
-         kSame,
-         kRuns,
-         nullptr,
-         close_holes,
-         true},
-        {"smooth-labels",
-         "Smooth the walls between all labels, without gaps and overlaps",
+        {"smooth-joint",
+         "Smooth the walls between all labels, without gaps and overlaps; each keeps its volume",
          "",
          {{"sigma", "mm", 0.0, 1000.0}},
          kSame,
          "a brick and its halo for each thread",
          smooth_walls,
          nullptr,
+         true,
+         true},
+        {"smooth-median",
+         "The label that most samples of the ball carry, without gaps and overlaps",
+         "",
+         {{"radius", "mm", 0.0, 1000.0}},
+         kSame,
+         "a brick and its halo for each thread",
+         vote,
+         nullptr,
+         true,
          true},
     };
+    for (std::vector<Filter> (*more)() : {piece_filters, wall_filters})
+        for (Filter& filter : more())
+            all.push_back(std::move(filter));
+    return all;
 }
 
 } // namespace palpate

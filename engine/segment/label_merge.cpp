@@ -3,6 +3,7 @@
 #include <atomic>
 #include <vector>
 
+#include "engine/segment/label_samples.h"
 #include "engine/volume/brick.h"
 
 namespace palpate {
@@ -55,6 +56,30 @@ Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<con
         return Brick::make(std::span<const uint8_t>(bytes), valid);
     });
     return made && !any ? Result<Volume>(map) : made;
+}
+
+Result<Volume> with_locked(const Volume& before, const Volume& after,
+                           std::span<const uint16_t> locked, const Task& task) {
+    std::vector<bool> stays = table_of(locked);
+    stays[0] = false;
+    return make_bricks(after.grid(), after.type(), task, [&](glm::uvec3 at) -> BrickPtr {
+        const glm::ivec3 first(at * kBrickSide);
+        std::vector<uint16_t> had(kBrickSamples), gets(kBrickSamples);
+        read_labels(before, first, glm::ivec3(kBrickSide), had.data());
+        read_labels(after, first, glm::ivec3(kBrickSide), gets.data());
+        bool any = false;
+        for (uint32_t i = 0; i < kBrickSamples; ++i)
+            if (had[i] != gets[i] && (stays[had[i]] || stays[gets[i]])) {
+                gets[i] = had[i];
+                any = true;
+            }
+        if (!any)
+            return after.brick_ptr(at);
+        return visit_scalar(after.type(), [&]<class T>(T) -> BrickPtr {
+            const std::vector<T> typed(gets.begin(), gets.end());
+            return Brick::make(std::span<const T>(typed), after.valid_in_brick(at));
+        });
+    });
 }
 
 } // namespace palpate

@@ -15,4 +15,10 @@ namespace palpate {
 Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<const uint16_t> of,
                            const Task& task);
 
+// The map `after`, but for samples that had a label of `locked` in `before` or get one: they are as
+// in `before`. On one grid, of any types that check_labels() accepts, and `after` holds the labels
+// of `before`.
+Result<Volume> with_locked(const Volume& before, const Volume& after,
+                           std::span<const uint16_t> locked, const Task& task);
+
 } // namespace palpate

@@ -8,7 +8,6 @@ namespace palpate {
 
 namespace {
 
-constexpr double kOnTheBall = 1.0 + 1e-6;
 // Rows of a ball, and steps along them; larger balls are thresholds of a distance, which is as fast
 // for any radius.
 constexpr double kMostRows = 512.0;

@@ -77,6 +77,7 @@ struct Survey {
 struct Smoother {
     Volume labels;
     std::array<Kernel, 3> kernel;
+    std::vector<bool> locked;         // by label
     std::map<uint16_t, float> lift{}; // added to a label's indicator; 0 where none is given
 
     // The labels with the largest indicator, and the second, of the brick's valid samples, x
@@ -112,8 +113,12 @@ struct Smoother {
             const glm::ivec3 p = at + radius;
             out.own[i] =
                 box[size_t(p.x) + size_t(size.x) * (size_t(p.y) + size_t(size.y) * size_t(p.z))];
+            if (locked[out.own[i]])
+                out.best[i] = out.own[i];
         }
         for (const uint16_t label : present) {
+            if (locked[label])
+                continue;
             std::transform(box.begin(), box.end(), indicator.begin(),
                            [&](uint16_t one) { return one == label ? 1.0f : 0.0f; });
             convolve(indicator, a, size_t(size.x) * size_t(size.y), valid.z, 1, kernel[2]);
@@ -122,7 +127,7 @@ struct Smoother {
             const auto lifted = lift.find(label);
             const float more = lifted == lift.end() ? 0.0f : lifted->second;
             for (size_t i = 0; i < inside; ++i) {
-                if (!(a[i] > 0.0f))
+                if (!(a[i] > 0.0f) || locked[out.own[i]])
                     continue;
                 const float vote = a[i] + more;
                 if (vote > out.most[i] || (vote == out.most[i] && out.own[i] == label)) {
@@ -285,7 +290,11 @@ Result<BrickMaker> smooth_labels_bricks(const Volume& labels, const SmoothLabels
             "smoothing of labels: expected a sigma above 0 and at most {:g} mm here, found "
             "{:g}",
             kMostSamples * options.sigma_mm / (most > 0.0 ? most : 1.0), options.sigma_mm);
-    Smoother smoother{labels, {kernel_of(sigma.x), kernel_of(sigma.y), kernel_of(sigma.z)}};
+    Smoother smoother{labels,
+                      {kernel_of(sigma.x), kernel_of(sigma.y), kernel_of(sigma.z)},
+                      std::vector<bool>(65536)};
+    for (const uint16_t label : options.locked)
+        smoother.locked[label] = label != 0;
     if (options.keeps_volumes)
         PALPATE_TRY(keep_volumes(smoother, task));
     return BrickMaker{labels.grid(), labels.type(),

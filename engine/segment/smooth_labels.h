@@ -1,12 +1,16 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "engine/segment/brick_maker.h"
 
 namespace palpate {
 
 struct SmoothLabelsOptions {
-    double sigma_mm = 1.0;     // > 0, at most 8 samples along each axis
-    bool keeps_volumes = true; // else a label's indicator is not lifted
+    double sigma_mm = 1.0;          // > 0, at most 8 samples along each axis
+    bool keeps_volumes = true;      // else a label's indicator is not lifted
+    std::vector<uint16_t> locked{}; // labels that neither lose nor gain a sample
 };
 
 // Smooths the walls between all labels and the background at once: each sample gets the label whose

@@ -1,7 +1,7 @@
 """Filters and segmentation methods, by name."""
 
 import json
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 from . import _core
 from .volume import Progress, Volume, as_volume, number
@@ -18,17 +18,22 @@ def filter(
     *values: Any,
     labels: bool = False,
     others: Optional[Mapping[str, Any]] = None,
+    locked: Sequence[int] = (),
     progress: Progress = None,
     **named: Any,
 ) -> Volume:
     """Runs one filter: filter(v, "gaussian", 1.5), filter(v, "bilateral", 2, range=50).
 
     values: in the order of filters()' arguments, or by name; lengths are mm. others: volumes that an
-    expression names. labels: `volume` is a label map.
+    expression names. labels: `volume` is a label map. locked: labels of it, 1 .. 65535, that keep their
+    samples and get no other, where the filter's result is the map: filter(v, "margin", 2, labels=True, locked=[3]).
     """
     text = ",".join([_word(v) for v in values] + [f"{key}={_word(v)}" for key, v in named.items()])
     known = {key: as_volume(v)._core for key, v in (others or {}).items()}
-    return Volume(_core.filter(as_volume(volume, labels=labels)._core, name, text, known, progress))
+    fixed = [int(label) for label in locked]
+    if not all(1 <= label <= 65535 for label in fixed):
+        raise _core.Error(f"locked: expected labels 1 .. 65535, found {fixed}")
+    return Volume(_core.filter(as_volume(volume, labels=labels)._core, name, text, known, fixed, progress))
 
 
 def _word(value: Any) -> str:

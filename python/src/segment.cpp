@@ -38,7 +38,8 @@ std::vector<py::dict> filter_table() {
 }
 
 VolumePtr filtered(const LoadedVolume& loaded, const std::string& name, const std::string& values,
-                   const std::map<std::string, VolumePtr>& others, const py::object& progress) {
+                   const std::map<std::string, VolumePtr>& others,
+                   const std::vector<uint16_t>& locked, const py::object& progress) {
     return run<VolumePtr>(progress, [&](const Report& report) -> Result<VolumePtr> {
         std::string names;
         for (const Filter& filter : filters()) {
@@ -49,8 +50,10 @@ VolumePtr filtered(const LoadedVolume& loaded, const std::string& name, const st
             std::map<std::string, Volume> volumes;
             for (const auto& [other, volume] : others)
                 volumes.emplace(other, volume->volume);
-            if (read)
+            if (read) {
                 read->others = &volumes;
+                read->locked = locked;
+            }
             Result<Volume> made =
                 read ? run_filter(filter, loaded.volume, *read, task_of(report)) : pass_on(read);
             if (!made)

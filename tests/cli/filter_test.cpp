@@ -128,9 +128,25 @@ TEST_F(FilterCommand, LabelMaps) {
     EXPECT_EQ(away.type(), ScalarType::f32);
     EXPECT_EQ(away.value({33, 6, 4}), 4.0f);
     EXPECT_EQ(away.value({20, 6, 4}), -1.0f);
-    EXPECT_EQ(labels({"--smooth-labels", "1"}, "s.nrrd").value({36, 17, 4}), 0.0f);
+    EXPECT_EQ(labels({"--smooth-joint", "1"}, "s.nrrd").value({36, 17, 4}), 0.0f);
 
-    ProgramRun ran = filter({"--threshold", "150", "--erode", "6,2", "-o", file("e.pbv").string()});
+    const Volume wider = labels({"--margin", "1,3", "--hollow", "2,outside,5"}, "wider.nrrd");
+    EXPECT_EQ(wider.value({12, 6, 4}), 3.0f);
+    EXPECT_EQ(wider.value({13, 6, 4}), 0.0f);
+    EXPECT_EQ(wider.value({31, 6, 4}), 5.0f);
+    EXPECT_EQ(wider.value({25, 6, 4}), 0.0f);
+    const Volume kept = labels({"--margin", "-1", "--locked", "5"}, "kept.nrrd");
+    EXPECT_EQ(kept.value({2, 6, 4}), 0.0f);
+    EXPECT_EQ(kept.value({36, 17, 4}), 5.0f);
+    const Volume joined = labels({"--logic", "add,3,5", "--split", "3"}, "joined.nrrd");
+    EXPECT_EQ(joined.value({25, 6, 4}), 3.0f); // a sample more than the box with a hole
+    EXPECT_EQ(joined.value({2, 6, 4}), 1.0f);
+    EXPECT_EQ(joined.value({36, 17, 4}), 2.0f);
+
+    ProgramRun ran = filter({"--threshold", "150", "--locked", "5", "-o", file("x.nrrd").string()});
+    EXPECT_NE(ran.exit_code, 0);
+    EXPECT_THAT(ran.messages, HasSubstr("--threshold: expected a filter that changes a label map"));
+    ran = filter({"--threshold", "150", "--erode", "6,2", "-o", file("e.pbv").string()});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     EXPECT_TRUE(open_brick_file(file("e.pbv"))->labels);
     ran = filter({"--erode", "6", "-o", file("x.nrrd").string()});

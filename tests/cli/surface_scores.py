@@ -112,7 +112,7 @@ def main(program, labels):
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         other = os.path.join(folder, "other.nii.gz")
-        for change in (["--smooth-labels", "1.5"], ["--erode", "6"], ["--dilate", "ball,2.5"]):
+        for change in (["--smooth-joint", "1.5"], ["--erode", "6"], ["--dilate", "ball,2.5"]):
             subprocess.run([program, "filter", labels, *change, "-o", other], check=True)
             ran = subprocess.run([program, "compare", labels, other, "--labels"],
                                  capture_output=True, text=True, check=False)

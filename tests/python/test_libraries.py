@@ -175,6 +175,31 @@ def test_filters_by_their_table(ball):
             palpate.filter(ball, *wrong)
 
 
+def test_filters_of_labels_leave_locked_ones():
+    mm = np.array([0.5, 1.0, 2.0])
+    labels = np.zeros((20, 12, 8), np.uint8)
+    labels[4:8, 4:6, 3:5] = 1
+    labels[10:13, 4:6, 3:5] = 2
+    affine = np.diag([*mm, 1.0])
+    volume = palpate.Volume.from_numpy(labels, affine)
+    grown = palpate.filter(volume, "margin", 1, 1, labels=True).to_numpy()
+    places = np.stack(np.meshgrid(*[np.arange(n) for n in labels.shape], indexing="ij"), -1) * mm
+    ones = places[labels == 1]
+    near = np.array([np.min(np.linalg.norm(ones - p, axis=1)) <= 1 for p in places.reshape(-1, 3)])
+    expected = np.where(near.reshape(labels.shape) & (labels == 0), 1, labels)
+    assert np.array_equal(grown, expected)
+    kept = palpate.filter(volume, "margin", 1, labels=True, locked=[2]).to_numpy()
+    assert np.array_equal(kept == 2, labels == 2) and np.array_equal(kept, expected)
+    assert (palpate.filter(volume, "hollow", 0.5, "outside", 2, labels=True).to_numpy() == 1).sum() == 16
+    joined = palpate.filter(volume, "logic", "add", 1, 2, labels=True).to_numpy()
+    assert np.array_equal(joined == 1, labels > 0)
+    for wrong in [dict(locked=[0]), dict(locked=[1])]:
+        with pytest.raises(palpate.Error, match="locked"):
+            palpate.filter(volume, "margin", 1, 1, labels=True, **wrong)
+    with pytest.raises(palpate.Error, match="locked"):
+        palpate.filter(volume, "gaussian", 1, locked=[1])
+
+
 def test_segmentation_from_seeds(ball):
     names = [m["name"] for m in palpate.methods()]
     assert "region-growing" in names and "threshold" in names

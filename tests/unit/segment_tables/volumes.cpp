@@ -94,6 +94,7 @@ std::vector<FilterUse> uses_of(const Filter& filter, const std::map<std::string,
     if (filter.text[0] != '\0') {
         const std::map<std::string, std::string> texts{
             {"expression", "where(has(b) && a > 2, a - 2*b, sqrt(abs(a)))"},
+            {"logic", "intersect,1,2,b"},
             {"mask", "b,5"},
             {"reorient", "SLA"},
             {"resample-like", "other,cubic"}};
