@@ -11,6 +11,7 @@
 #include "engine/segment/method_runs.h"
 #include "engine/segment/signed_distance.h"
 #include "engine/segment/vector_flow.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
