@@ -3,8 +3,10 @@
 #include <tuple>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/convert_labels.h"
 #include "engine/base/log.h"
 #include "engine/io/brick_file.h"
+#include "engine/io/labels_write.h"
 #include "engine/io/volume_io.h"
 #include "engine/program/interrupt.h"
 #include "engine/program/option_checks.h"
@@ -24,6 +26,7 @@ struct ConvertOptions {
     ReadFlags read;
     std::string out;
     bool labels = false;
+    LabelOutput label_output;
     std::string crop, spacing, interpolation, reorient; // of filters.h
 };
 
@@ -60,6 +63,7 @@ Result<std::vector<std::pair<const Filter*, FilterValues>>> changes_of(const Con
 Result<LoadedVolume> load_changed(const ConvertOptions& o, const Interrupt& interrupt) {
     PALPATE_TRY(auto changes, changes_of(o));
     PALPATE_TRY(LoadedVolume loaded, load(o.read, o.labels, interrupt));
+    PALPATE_TRY(take_label_names(o.label_output, loaded));
     for (auto& [filter, values] : changes) {
         Progress progress(filter->name);
         values.memory_bytes = o.read.max_memory_bytes();
@@ -77,7 +81,7 @@ Result<LoadedVolume> load_changed(const ConvertOptions& o, const Interrupt& inte
 }
 
 void warn_of_lost_names(const ConvertOptions& options, const LoadedVolume& loaded) {
-    if (!loaded.labels.empty())
+    if (!loaded.labels.empty() && !(options.labels && holds_label_names(options.out)))
         log::warning("{}: does not hold the names and colours of the {} segment{} of {}",
                      options.out, loaded.labels.size(), loaded.labels.size() == 1 ? "" : "s",
                      options.read.path);
@@ -114,15 +118,24 @@ Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& i
 }
 
 Result<void> run_convert(const ConvertOptions& options) {
-    PALPATE_TRY(expect_volume_name(options.out));
+    const bool dicom = names_dicom(options.out);
+    if (!dicom)
+        PALPATE_TRY(expect_volume_name(options.out));
     const Interrupt interrupt;
+    if (dicom) {
+        PALPATE_TRY(const LoadedVolume labels, load_changed(options, interrupt));
+        return convert_to_dicom(options.label_output, options.read, options.out, labels, interrupt);
+    }
     if (std::filesystem::path(options.out).extension() == ".pbv")
         return convert_to_bricks(options, interrupt);
     PALPATE_TRY(const LoadedVolume loaded, load_changed(options, interrupt));
     warn_of_lost_names(options, loaded);
     if (loaded.inverted && !options.labels)
         warn_of_lost_inversion(options.out, options.read.path);
-    PALPATE_TRY(save_volume(options.out, loaded.volume, interrupt.token(), loaded.modality));
+    if (options.labels && !loaded.labels.empty())
+        PALPATE_TRY(save_labels(options.out, loaded.volume, loaded.labels, interrupt.token()));
+    else
+        PALPATE_TRY(save_volume(options.out, loaded.volume, interrupt.token(), loaded.modality));
     tell_made(options.out, loaded.volume);
     return {};
 }
@@ -133,12 +146,14 @@ Command add_convert(CLI::App& app) {
     auto options = std::make_shared<ConvertOptions>();
     add_read_flags(app, options->read);
     app.add_option("OUT", options->out,
-                   "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv (packed bricks, "
-                   "for volumes larger than memory); voxels keep their order and values, lengths "
-                   "are in mm")
+                   "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk, .pbv (packed bricks, "
+                   "for volumes larger than memory) or, of labels, .dcm; voxels keep their order "
+                   "and values, lengths are in mm")
         ->required();
     app.add_flag("--labels", options->labels,
-                 "Read as a label map: whole numbers, 0 is background (default: grey values)");
+                 "Read as a label map: whole numbers, 0 is background (default: grey values; "
+                 "with OUT.dcm labels)");
+    add_label_output(app, options->label_output);
     app.add_option("--crop", options->crop,
                    "Samples from low to high, both included, by index (default: all)")
         ->type_name("X_LOW,Y_LOW,Z_LOW,X_HIGH,Y_HIGH,Z_HIGH");
@@ -158,14 +173,16 @@ Command add_convert(CLI::App& app) {
            "such as LPS or RAS; the patient does not move (default: as they are stored)")
         ->type_name("LETTERS");
     refuse_where_wrong(app, [options]() -> Result<void> {
+        options->labels = options->labels || names_dicom(options->out);
         PALPATE_TRY(const auto changes, changes_of(*options));
-        return {};
+        return check_label_output(options->label_output, options->out);
     });
     return {[options] { return run_convert(*options); },
             [options] {
                 std::vector<NamedFile> files;
                 append_volume(files, "V", options->read.path);
                 append_volume(files, "OUT", options->out, FileUse::write);
+                append_label_output(options->label_output, files);
                 return files;
             }};
 }

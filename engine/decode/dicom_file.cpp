@@ -99,6 +99,22 @@ std::string refusal_of(const DataSet& set, const std::string& kind, bool segment
     return {};
 }
 
+// Gives segments the labels that our writer kept, where each has another one that rises with the
+// numbers of segments.
+void take_own_labels(const std::vector<uint32_t>& own, Segmentation& segmentation) {
+    std::vector<LabelName>& segments = segmentation.segments;
+    if (own.size() != segments.size() || own.empty() || own.front() == 0 ||
+        segmentation.kind == SegmentationKind::label_map)
+        return;
+    for (size_t i = 1; i < own.size(); ++i)
+        if (own[i] <= own[i - 1] || segments[i].label <= segments[i - 1].label)
+            return;
+    for (size_t i = 0; i < own.size(); ++i) {
+        segmentation.label_of[segments[i].label] = own[i];
+        segments[i].label = own[i];
+    }
+}
+
 Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set) {
     constexpr const char* kKinds[] = {"BINARY", "FRACTIONAL", "LABELMAP"};
     const std::string kind = text(set, Tag(0x0062, 0x0001));
@@ -107,6 +123,7 @@ Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set
         return fail("{}: is a segmentation of type '{}', expected BINARY, FRACTIONAL or LABELMAP",
                     name, printable(kind));
     Segmentation segmentation;
+    std::vector<uint32_t> own; // the labels that our writer keeps
     segmentation.kind = static_cast<SegmentationKind>(found - std::begin(kKinds));
     segmentation.largest_fraction = word<0x0062, 0x000e>(set).value_or(1);
     if (segmentation.kind == SegmentationKind::fractional &&
@@ -117,11 +134,15 @@ Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set
         LabelName& label = segmentation.segments.emplace_back();
         label.label = word<0x0062, 0x0004>(*segment).value_or(0);
         label.name = text(*segment, Tag(0x0062, 0x0005));
+        if (const auto tag = private_tag(*segment, kPrivateLabelTag >> 16, kPrivateCreator,
+                                         kPrivateLabelTag & 0xff))
+            own.push_back(number<uint16_t>(*segment, *tag).value_or(0));
         if (const auto lab = numbers<uint16_t>(*segment, Tag(0x0062, 0x000d)); lab.size() == 3)
             label.color =
                 color_of_cielab({lab[0] / 65535.0 * 100.0, lab[1] / 65535.0 * 255.0 - 128.0,
                                  lab[2] / 65535.0 * 255.0 - 128.0});
     }
+    take_own_labels(own, segmentation);
     return segmentation;
 }
 
@@ -252,7 +273,9 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     frame.series_uid = text(set, Tag(0x0020, 0x000e));
     frame.series_description = text(set, Tag(0x0008, 0x103e));
     frame.modality = text(set, Tag(0x0008, 0x0060));
+    frame.class_uid = kind;
     frame.instance_uid = text(set, Tag(0x0008, 0x0018));
+    frame.frame_of_reference = text(set, Tag(0x0020, 0x0052));
     frame.instance_number = static_cast<int64_t>(decimal(set, Tag(0x0020, 0x0013)).value_or(0.0));
     file.refusal = refusal_of(set, kind, segmentation, file);
     if (!file.refusal.empty()) {
@@ -295,6 +318,11 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     }
     PALPATE_TRY(file.frames,
                 frames_of(name, set, frame, static_cast<uint32_t>(count), file.warnings));
+    for (DicomFrame& one : file.frames)
+        if (segmentation && !file.segmentation->label_of.empty()) {
+            const auto label = file.segmentation->label_of.find(one.segment);
+            one.segment = label == file.segmentation->label_of.end() ? 0 : label->second;
+        }
     return file;
 }
 

@@ -20,6 +20,8 @@ struct Segmentation {
     SegmentationKind kind{};
     uint32_t largest_fraction = 1;
     std::vector<LabelName> segments;
+    // The labels of segments by their numbers, where Palpate wrote them; empty: they are the same.
+    std::map<uint32_t, uint32_t> label_of;
 };
 
 // The header of a file, without its pixels.

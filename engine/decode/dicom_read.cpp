@@ -8,6 +8,7 @@
 #include "engine/base/option_name.h"
 #include "engine/decode/dicom_codestream.h"
 #include "engine/decode/dicom_fit.h"
+#include "engine/decode/dicom_reference.h"
 #include "engine/decode/dicom_resample.h"
 #include "engine/decode/dicom_segmentation.h"
 #include "engine/decode/dicom_walk.h"
@@ -330,6 +331,11 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
         decoded.notes.insert(decoded.notes.end(), stack->notes.begin(), stack->notes.end());
         decoded.grid = stack->grid;
         decoded.inverted = series.frames.front().inverted;
+        decoded.frame_of_reference = series.frames.front().frame_of_reference;
+        if (request.reference) {
+            PALPATE_TRY(decoded.reference, reference_of(name, found->files, *stack));
+            return decoded;
+        }
 
         const VoxelClaim claim = claim_of(found->files, *stack, decoded);
         PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));

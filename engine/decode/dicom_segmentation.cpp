@@ -281,6 +281,7 @@ Result<Decoded> decode_segmentation(const std::string& name, const DicomFile& fi
     Decoded decoded;
     decoded.modality = "SEG";
     decoded.labels = segmentation.segments;
+    decoded.frame_of_reference = file.frames.front().frame_of_reference;
     decoded.warnings = file.warnings;
     PALPATE_TRY(check_segments(name, file));
     PALPATE_TRY(const Placed placed, place_frames(name, file, decoded.warnings));

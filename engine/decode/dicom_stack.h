@@ -23,7 +23,8 @@ enum class DicomObject {
 struct DicomFrame {
     std::filesystem::path file; // empty: a place of the stack for which there is no image
     uint32_t frame = 0;         // within the file
-    std::string series_uid, series_description, modality, instance_uid;
+    std::string series_uid, series_description, modality, class_uid, instance_uid;
+    std::string frame_of_reference; // UID
     DicomObject object = DicomObject::image;
     std::string object_words; // of others: "is a ..", why it is not read
     int64_t instance_number = 0;

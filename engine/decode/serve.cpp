@@ -57,6 +57,7 @@ void serve_decoding(int argc, char** argv, Decode decode) {
         request.series = std::string(series.substr(1));
     request.resample_slices = std::string_view(argv[7]) == "resample";
     request.middle_image = std::string_view(argv[8]) == "middle";
+    request.reference = std::string_view(argv[8]) == "reference";
     if (std::string_view(argv[9]) == "keyword")
         set_option_style(OptionStyle::keywords);
     request.without.assign(argv + 10, argv + argc);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/io/dicom_parts.h"
 #include "engine/io/label_names.h"
 #include "engine/io/series_info.h"
 #include "engine/volume/grid.h"
@@ -76,6 +77,7 @@ struct DecodeRequest {
     std::optional<std::string> series;
     bool resample_slices = false; // DICOM: to even spacing, without shear
     bool middle_image = false;    // DICOM: that one of the series alone
+    bool reference = false;       // DICOM: what objects made from the series take over; no voxels
     // DICOM: files in which a reader has died, to be passed over with a warning. Others do not heed
     // it.
     std::vector<std::filesystem::path> without{};
@@ -111,6 +113,8 @@ struct Decoded {
     std::vector<std::string> notes;
     std::vector<SeriesInfo> series;      // DICOM: all of them, where a list is of use
     std::vector<LabelName> labels;       // names and colours of labels
+    std::string frame_of_reference;      // DICOM: UID
+    std::optional<DicomParts> reference; // DICOM: where it was asked for; there are no voxels then
     bool heeded_resample_slices = false; // in the child: the request was acted upon or answered
 };
 

@@ -30,5 +30,7 @@ Result<std::vector<LabelName>> load_label_table(const std::filesystem::path& pat
 // 0 .. 100, a* and b* in -128 .. 127. Adapted to the white D65 after Bradford; what sRGB cannot
 // show is clamped.
 glm::dvec3 color_of_cielab(glm::dvec3 lab);
+// The inverse.
+glm::dvec3 cielab_of_color(glm::dvec3 srgb);
 
 } // namespace palpate

@@ -273,8 +273,8 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
         Volume volume = visit_scalar(
             type, [&](auto to) { return build<decltype(to)>(decoded.grid, source, round); });
         LoadedVolume loaded{
-            std::move(volume), decoded.warnings, decoded.notes, decoded.modality, {},
-            decoded.labels,    decoded.inverted, decoded.series};
+            std::move(volume), decoded.warnings, decoded.notes,  decoded.modality,          {},
+            decoded.labels,    decoded.inverted, decoded.series, decoded.frame_of_reference};
         add_warnings(name, survey, type, claim.components, samples, loaded.warnings);
         if (survey.padding > 0)
             loaded.notes.push_back(fmt::format("{}: {} of {} samples are padding: no data", name,

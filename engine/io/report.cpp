@@ -58,6 +58,34 @@ std::vector<std::string> texts(const JsonValue& in) {
     return all;
 }
 
+DicomParts parts_from(const JsonValue& in) {
+    DicomParts parts;
+    parts.study_uid = in.at("study").text();
+    parts.series_uid = in.at("series").text();
+    parts.frame_of_reference_uid = in.at("frame_of_reference").text();
+    for (const JsonValue& entry : list(in.at("attributes")))
+        parts.attributes.push_back(
+            {entry.at("tag").whole_number(0, ~0u), entry.at("value").text()});
+    for (const JsonValue& entry : list(in.at("slices")))
+        parts.slices.push_back({entry.at("class").text(), entry.at("instance").text(),
+                                entry.at("frame").whole_number(0, ~0u)});
+    return parts;
+}
+
+Json parts_json(const DicomParts& parts) {
+    Json attributes = Json::array(), slices = Json::array();
+    for (const DicomAttribute& attribute : parts.attributes)
+        attributes.push_back(Json{{"tag", attribute.tag}, {"value", attribute.value}});
+    for (const DicomSlice& slice : parts.slices)
+        slices.push_back(Json{
+            {"class", slice.class_uid}, {"instance", slice.instance_uid}, {"frame", slice.frame}});
+    return Json{{"study", parts.study_uid},
+                {"series", parts.series_uid},
+                {"frame_of_reference", parts.frame_of_reference_uid},
+                {"attributes", attributes},
+                {"slices", slices}};
+}
+
 Decoded decoded_from(const JsonValue& in) {
     Decoded decoded;
     decoded.grid.size = size_from(in.at("size"));
@@ -95,6 +123,9 @@ Decoded decoded_from(const JsonValue& in) {
             label.color = glm::dvec3(rgb[0], rgb[1], rgb[2]);
         }
     }
+    decoded.frame_of_reference = in.at("frame_of_reference").text();
+    if (const auto reference = in.find("reference"))
+        decoded.reference = parts_from(*reference);
     return decoded;
 }
 
@@ -142,17 +173,20 @@ std::string decoded_report(const Decoded& decoded) {
             entry["color"] = {bits(label.color->x), bits(label.color->y), bits(label.color->z)};
         labels.push_back(std::move(entry));
     }
-    return json_line({{"decoded",
-                       {{"size", size_json(decoded.grid.size)},
-                        {"world_from_index", matrix},
-                        {"rescale", rescale},
-                        {"padding", padding},
-                        {"inverted", decoded.inverted},
-                        {"modality", decoded.modality},
-                        {"warnings", decoded.warnings},
-                        {"notes", decoded.notes},
-                        {"series", all_series},
-                        {"labels", labels}}}});
+    Json all{{"size", size_json(decoded.grid.size)},
+             {"world_from_index", matrix},
+             {"rescale", rescale},
+             {"padding", padding},
+             {"inverted", decoded.inverted},
+             {"modality", decoded.modality},
+             {"warnings", decoded.warnings},
+             {"notes", decoded.notes},
+             {"series", all_series},
+             {"labels", labels},
+             {"frame_of_reference", decoded.frame_of_reference}};
+    if (decoded.reference)
+        all["reference"] = parts_json(*decoded.reference);
+    return json_line({{"decoded", all}});
 }
 
 void write_report(int fd, const std::string& line) {

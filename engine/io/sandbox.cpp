@@ -131,7 +131,9 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
                                    request.frame ? std::to_string(*request.frame) : "-",
                                    request.series ? "=" + *request.series : "-",
                                    request.resample_slices ? "resample" : "-",
-                                   request.middle_image ? "middle" : "-",
+                                   request.middle_image ? "middle"
+                                   : request.reference  ? "reference"
+                                                        : "-",
                                    text_of(Option{"keyword"})};
     for (const fs::path& path : request.without)
         words.push_back(path.string());
@@ -348,11 +350,15 @@ Result<DecodedVoxels> decode_once(const DecodeRequest& request, const ReadOption
     } // the child is gone: nobody can shrink the memory under the mapping
     if (reported.error)
         return fail("{}", *reported.error);
+    if (reported.decoded->reference) // headers alone
+        reported.claim = VoxelClaim{reported.decoded->grid.size};
     if (!reported.claim)
         return fail("{}: the reader's report makes no sense: it has no size", name);
     if (Result<void> checked = check_decoded(*reported.decoded, *reported.claim); !checked)
         return fail("{}: cannot be used: {}", name, checked.error().message);
 
+    if (reported.decoded->reference)
+        return DecodedVoxels{std::move(*reported.decoded), {}, {}};
     const std::optional<uint64_t> bytes = claimed_bytes(*reported.claim);
     struct stat status {};
     if (!bytes || ::fstat(memory.get(), &status) != 0 ||

@@ -58,6 +58,7 @@ struct LoadedVolume {
     std::vector<LabelName> labels;     // of a label map that names them, such as a DICOM SEG
     bool inverted = false;             // small values are meant to be bright (DICOM's MONOCHROME1)
     std::vector<SeriesInfo> series{};  // of a DICOM folder
+    std::string frame_of_reference{};  // UID, of DICOM images and segmentations that state one
 };
 // A line for each series, and the notes.
 std::vector<std::string> all_notes(const LoadedVolume& loaded);

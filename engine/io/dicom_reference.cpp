@@ -1,0 +1,30 @@
+#include "engine/io/dicom_reference.h"
+
+#include "engine/io/dicom_set.h"
+#include "engine/io/sandbox.h"
+
+namespace palpate {
+
+Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
+                                            const ReadOptions& options) {
+    io::DecodeRequest request{path, options.frame, options.series};
+    request.reference = true;
+    PALPATE_TRY(io::DecodedVoxels found, io::decode_in_child(request, options));
+    if (!found.decoded.reference)
+        return fail(
+            "{}: expected a series of DICOM images as the reference, found {}", path.string(),
+            found.decoded.modality.empty() ? "a file of another format"
+                                           : "a file of the kind " + found.decoded.modality);
+    DicomReference reference{std::move(*found.decoded.reference), found.decoded.grid,
+                             std::move(found.decoded.warnings)};
+    if (std::string& uid = reference.parts.frame_of_reference_uid; uid.empty()) {
+        uid = io::new_uid();
+        reference.warnings.push_back(fmt::format(
+            "{}: states no frame of reference (Frame of Reference UID), so that what refers to it "
+            "gets a new one",
+            path.string()));
+    }
+    return reference;
+}
+
+} // namespace palpate
