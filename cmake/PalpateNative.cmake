@@ -21,7 +21,7 @@ if(NOT native_levels AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     endif()
 endif()
 set(native_options_sse2 "")
-set(native_options_avx2 -mavx2 -mfma)
+set(native_options_avx2 -mavx2 -mfma -mf16c)
 set(native_options_avx512 -mavx512f -mavx512vl -mavx512dq -mavx512bw -mavx2 -mfma
     -mprefer-vector-width=512)
 set(native_name_sse2 kSse2)

@@ -12,17 +12,17 @@ set_target_properties(embed_spirv PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_
 
 include(PalpateNative)
 
-# palpate_embed_shader(<target> <shader> <id> [NATIVE [KERNELS <count>]] [<macro> ...])
+# palpate_embed_shader(<target> <shader> <id> [NATIVE] [<macro> ...])
 # Compiles shaders/<shader> once for each combination of its macros being 0 or 1, and adds to
 # <target> the words, what cmake/embed_spirv.cpp reads from them, and the header "spirv/<id>.h" with
 # `palpate::spirv::<Id>`: macros and specialization constants by name. In <id>_<n>.spv, exactly
 # macro i (counted from 0) is 1 for n = 2^i. With NATIVE, its kernels for the processor are built in
-# too (PalpateNative.cmake), of the first <count> variants or of all.
+# too (PalpateNative.cmake).
 function(palpate_embed_shader target shader id)
     set(out_dir ${CMAKE_CURRENT_BINARY_DIR}/spirv)
     file(MAKE_DIRECTORY ${out_dir})
     cmake_path(ABSOLUTE_PATH shader BASE_DIRECTORY ${PROJECT_SOURCE_DIR}/shaders OUTPUT_VARIABLE source)
-    cmake_parse_arguments(PARSE_ARGV 3 ARG "NATIVE" "KERNELS" "")
+    cmake_parse_arguments(PARSE_ARGV 3 ARG "NATIVE" "" "")
     set(macro_names ${ARG_UNPARSED_ARGUMENTS})
     list(LENGTH macro_names macro_count)
     math(EXPR count "1 << ${macro_count}")
@@ -54,9 +54,6 @@ function(palpate_embed_shader target shader id)
     set_source_files_properties(${out_dir}/${id}.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
     if(ARG_NATIVE)
-        if(ARG_KERNELS)
-            set(count ${ARG_KERNELS})
-        endif()
         palpate_native_kernels(${target} ${out_dir} ${id} ${count})
     endif()
 endfunction()

@@ -136,10 +136,30 @@ Part Translator::operation(const std::string& name, const std::string& format, c
     return define(name, kind, uniform, filled(format, cpp_type(first, uniform), in));
 }
 
+// Integers of 64 bits, which are two numbers: comparisons are all that shaders need so far.
+void Translator::wide(uint32_t id, uint32_t op, const Parts& a, const Parts& b) {
+    const char* format = op == kIEqual      ? "land(ieq({0}, {2}), ieq({1}, {3}))"
+                         : op == kINotEqual ? "lor(ine({0}, {2}), ine({1}, {3}))"
+                         : op == kULessThan || op == kUGreaterThan
+                             ? "lor(ult({1}, {3}), land(ieq({1}, {3}), ult({0}, {2})))"
+                             : nullptr;
+    if (!format || a.size() != 2 || b.size() != 2)
+        fail("{} of 64 bits is not translated", name_of(op));
+    const Parts in =
+        op == kUGreaterThan ? Parts{b[0], b[1], a[0], a[1]} : Parts{a[0], a[1], b[0], b[1]};
+    values_[id] = {operation(fmt::format("v{}_0", id), format, 'b', in)};
+}
+
 bool Translator::elementwise(const Instruction& one) {
     const auto found = elementwise_operations().find(one.op);
     if (found == elementwise_operations().end())
         return false;
+    const auto is_wide = [&](uint32_t id) { return module_.is_wide(types_.at(id)); };
+    if (one.op != kSelect &&
+        (module_.is_wide(one.type) || std::any_of(one.in.begin(), one.in.end(), is_wide))) {
+        wide(one.id, one.op, parts(one.in[0]), parts(one.in.back()));
+        return true;
+    }
     std::vector<Parts> operands;
     size_t count = 0;
     for (const uint32_t id : one.in) {
@@ -298,6 +318,18 @@ void Translator::extended(const Instruction& one) {
         in.push_back(parts(one.in[i]));
     Parts out;
     const auto of_vector = [&](const std::string& square) { return "fsqrt(" + square + ")"; };
+    if (module_.is_wide(one.type)) {
+        if (number != 38 && number != 41) // UMin, UMax
+            fail("function {} of GLSL.std.450 is not translated for 64 bits", number);
+        const std::string is_first = "lor(ult({1}, {3}), land(ieq({1}, {3}), ult({0}, {2})))";
+        for (size_t i = 0; i < 2; ++i)
+            out.push_back(operation(name(i),
+                                    fmt::format("select({}, {{{}}}, {{{}}})", is_first,
+                                                number == 38 ? i : i + 2, number == 38 ? i + 2 : i),
+                                    'u', {in[0][0], in[0][1], in[1][0], in[1][1]}));
+        values_[one.id] = out;
+        return;
+    }
     const auto sum_of_squares = [&](size_t count) {
         std::string sum = "{0} * {0}";
         for (size_t i = 1; i < count; ++i)

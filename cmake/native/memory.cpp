@@ -109,6 +109,9 @@ Parts Translator::load(const Pointer& from, const std::string& name) {
     const uint32_t fixed =
         storage == kPushConstant ? ~0u : module_.block_words(module_.at(base.type).in[1]);
     Parts out;
+    if (module_.is_wide(from.type) &&
+        storage == kStorageBuffer) // in one piece: others may write it
+        return wide_atomic("kLoad", from, {literal('u', 0), literal('u', 0)}, name);
     for (size_t i = 0; i < kinds.size(); ++i) {
         const std::string part = fmt::format("{}_{}", name, i);
         const bool uniform = (from.is_known || resolve(from.index).uniform) && (!local || table);
@@ -169,6 +172,17 @@ void Translator::store(const Pointer& to, const Parts& values) {
     }
 }
 
+// An integer of 64 bits at once; one a lane. The name is that of its two parts.
+Parts Translator::wide_atomic(const std::string& kind, const Pointer& at, const Parts& value,
+                              const std::string& name) {
+    const bool uniform = at.is_known || resolve(at.index).uniform;
+    line(fmt::format("const auto w{} = atomic<Atomic::{}>(b{}, {}({}), Wide{{{}, {}}}, {});", name,
+                     kind, at.base, uniform ? "U" : "", address(at, at.word), lanes(value[0]),
+                     lanes(value[1]), mask()));
+    return {define(name + "_0", 'u', false, fmt::format("w{}.low", name)),
+            define(name + "_1", 'u', false, fmt::format("w{}.high", name))};
+}
+
 void Translator::atomic(const Instruction& one) {
     const char* kind = one.op == kAtomicLoad       ? "kLoad"
                        : one.op == kAtomicStore    ? "kStore"
@@ -187,6 +201,12 @@ void Translator::atomic(const Instruction& one) {
     const Pointer at = pointer(one.in[0]);
     const std::string place = address(at, at.word);
     const bool uniform = at.is_known || resolve(at.index).uniform;
+    if (module_.is_wide(at.type)) {
+        if (one.op != kAtomicUMin)
+            fail("{} of 64 bits is not translated", name_of(one.op));
+        values_[one.id] = wide_atomic(kind, at, parts(one.in[3]), fmt::format("v{}", one.id));
+        return;
+    }
     const Part value = one.op == kAtomicLoad ? literal('u', 0) : parts(one.in[3])[0];
     const std::string call = fmt::format("atomic<Atomic::{}>(b{}, {}({}), {}, {})", kind, at.base,
                                          uniform ? "U" : "", place, lanes(value), mask());

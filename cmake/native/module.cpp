@@ -1,6 +1,6 @@
 #include "module.h"
 
-#include <numeric>
+#include <algorithm>
 
 #include "opcodes.h"
 
@@ -146,6 +146,15 @@ uint32_t Module::constant(uint32_t id) const {
     return at(id).in[0];
 }
 
+bool Module::is_wide(uint32_t type) const {
+    const auto found = made.find(type);
+    return found != made.end() && found->second.op == kTypeInt && found->second.in[0] == 64;
+}
+
+bool Module::has_wide() const {
+    return std::any_of(order.begin(), order.end(), [&](uint32_t id) { return is_wide(id); });
+}
+
 std::string Module::scalars(uint32_t type) const {
     const Instruction& t = at(type);
     std::string all;
@@ -159,11 +168,15 @@ std::string Module::scalars(uint32_t type) const {
             return "b";
         case kTypeInt:
         case kTypeFloat:
+            if (is_wide(type))
+                return "uu";
             if (t.in[0] != 32)
                 fail("numbers of {} bits", t.in[0]);
             return t.op == kTypeInt ? "u" : "f";
         case kTypeVector:
         case kTypeMatrix:
+            if (is_wide(t.in[0]))
+                fail("a vector of integers of 64 bits");
             repeat(t.in[0], t.in[1]);
             return all;
         case kTypeArray:
@@ -197,10 +210,8 @@ void Module::offsets(uint32_t type, uint32_t first, uint32_t matrix_stride, Word
         case kTypeBool:
         case kTypeInt:
         case kTypeFloat:
-            out.push_back(first);
-            return;
         case kTypeVector:
-            for (uint32_t i = 0; i < t.in[1]; ++i)
+            for (uint32_t i = 0; i < scalars(type).size(); ++i)
                 out.push_back(first + i);
             return;
         case kTypeMatrix:

@@ -53,7 +53,10 @@ struct Module {
     // Fails where there is none.
     uint32_t decoration(uint32_t id, uint32_t decoration) const;
     uint32_t constant(uint32_t id) const; // the bits of OpConstant
-    // Scalars in a value of a type, in memory order: f(loat), u(int), b(ool).
+    bool is_wide(uint32_t type) const;    // an integer of 64 bits
+    bool has_wide() const;
+    // Scalars in a value of a type, in memory order: f(loat), u(int), b(ool). An integer of 64 bits
+    // is two, the low one first.
     std::string scalars(uint32_t type) const;
     // The type of a part, and the scalars that lie before it in the flattened value.
     uint32_t part_type(uint32_t type, uint32_t index) const;

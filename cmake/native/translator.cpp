@@ -75,7 +75,7 @@ std::string Translator::file() const {
         fail("a group of {} invocations with barriers, expected a multiple of 16", total);
     std::string out = fmt::format(
         "// Made from {} by translate_spirv.\n#define PALPATE_LANES {}\n"
-        "#include \"engine/native/lanes.h\"\nnamespace palpate::native {{\nnamespace {{\n"
+        "#include \"engine/native/lanes.h\"\n{}namespace palpate::native {{\nnamespace {{\n"
         "void run(const Launch& launch, uint64_t first, uint64_t count) {{\n{}"
         "for (uint64_t number = first; number < first + count; ++number) {{\n"
         "const uint64_t rows = number / launch.groups[0];\n"
@@ -85,7 +85,8 @@ std::string Translator::file() const {
         "static_cast<uint32_t>(rows % launch.groups[1]);\n"
         "const uint32_t group2 = launch.first_group[2] + "
         "static_cast<uint32_t>(rows / launch.groups[1]);\n",
-        name_, module_.has_barrier ? total : 0, setup_);
+        name_, module_.has_barrier ? total : 0,
+        module_.has_wide() ? "#include \"engine/native/lanes_wide.h\"\n" : "", setup_);
     out += fmt::format(
         "for (uint32_t base = 0; base < {}; base += kLanes) {{\n"
         "const U index = lane_numbers() + U(base);\nconst B all{};\n",

@@ -97,6 +97,8 @@ class Translator {
     Parts load(const Pointer& from, const std::string& name);
     void store(const Pointer& to, const Parts& values);
     void atomic(const Instruction& one);
+    Parts wide_atomic(const std::string& kind, const Pointer& at, const Parts& value,
+                      const std::string& name);
     std::string address(const Pointer& at, uint32_t word);
     bool is_table(uint32_t variable) const;
 
@@ -112,6 +114,7 @@ class Translator {
     bool elementwise(const Instruction& one);
     bool algebra(const Instruction& one);
     bool group(const Instruction& one);
+    void wide(uint32_t id, uint32_t op, const Parts& a, const Parts& b);
     void extended(const Instruction& one);
     Part operation(const std::string& name, const std::string& format, char kind,
                    const Parts& operands);

@@ -27,6 +27,8 @@ void Translator::constants() {
         const Instruction& one = module_.at(id);
         types_[id] = one.type;
         const auto spec = [&](uint32_t bits) {
+            if (module_.is_wide(one.type))
+                fail("a specialisation constant of 64 bits");
             const char kind = module_.scalars(one.type)[0];
             if (!module_.is_decorated(id, kSpecId)) {
                 values_[id] = {literal(kind, bits)};
@@ -46,7 +48,8 @@ void Translator::constants() {
                 values_[id] = {literal('b', one.op == kConstantTrue)};
                 break;
             case kConstant:
-                values_[id] = {literal(module_.scalars(one.type)[0], one.in[0])};
+                for (size_t i = 0; i < one.in.size(); ++i)
+                    values_[id].push_back(literal(module_.scalars(one.type)[i], one.in[i]));
                 break;
             case kConstantNull:
             case kUndef:

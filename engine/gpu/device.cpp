@@ -9,21 +9,24 @@
 #include "engine/gpu/command_slot.h"
 #include "engine/gpu/dispatch.h"
 #include "engine/gpu/error.h"
+#include "engine/native/driver/driver.h"
 
 namespace palpate {
 
 namespace {
 
-int preference(const DeviceInfo& info) {
-    switch (info.type) {
+// Drivers of the processor come last: the engine's own first, which takes the least of its time,
+// unless validation is asked for, whose layers see drivers of the system alone.
+int preference(const Instance::Candidate& candidate, bool validation) {
+    switch (candidate.info.type) {
         case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
-            return 4;
+            return 5;
         case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
-            return 3;
+            return 4;
         case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
-            return 2;
+            return 3;
         case VK_PHYSICAL_DEVICE_TYPE_CPU:
-            return 1;
+            return native::is_native(candidate.handle) && !validation ? 2 : 1;
         default:
             return 0;
     }
@@ -94,7 +97,8 @@ Instance::Candidate choose(const Instance& instance, const std::string& select,
             reasons += fmt::format("; {} is not '{}'", candidate.info.name, select);
         else if (!candidate.info.refusal.empty())
             reasons += fmt::format("; {}: {}", candidate.info.name, candidate.info.refusal);
-        else if (!best || preference(candidate.info) > preference(best->info))
+        else if (!best ||
+                 preference(candidate, options.validation) > preference(*best, options.validation))
             best = &candidate;
     }
     if (candidates.empty())

@@ -19,8 +19,8 @@ namespace palpate {
 
 struct DeviceOptions {
     // A part of a device's name, or its index in list_devices(); empty chooses the first
-    // discrete, then integrated, then CPU device. The environment variable PALPATE_DEVICE stands in
-    // for it.
+    // discrete, integrated, virtual, then CPU device, the engine's own before others unless
+    // validation is wanted. The environment variable PALPATE_DEVICE stands in for it.
     std::string select;
     bool validation = false;   // Khronos validation with synchronisation validation
     bool int64_atomics = true; // false: as on a device that lacks them

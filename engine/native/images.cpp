@@ -1,6 +1,7 @@
 // The general cases of lanes_images.h. Compiled once for each instruction set.
 #define PALPATE_LANES 0
 #include "engine/native/lanes.h"
+#include "engine/native/quadruples.h"
 
 namespace palpate::native::PALPATE_LEVEL {
 
@@ -143,9 +144,13 @@ void decode(const Image& image, UintPart index, MaskPart mask, UintPart* out) {
             break;
         case VK_FORMAT_R32G32B32A32_SFLOAT:
         case VK_FORMAT_R32G32B32A32_UINT:
+#if defined(__AVX2__)
+            return load_quadruples(image, index, mask, out);
+#else
             for (int i = 0; i < 4; ++i)
                 c[i] = gather<8>(image, index * 2u, 4 * i, mask);
             break;
+#endif
         default:
             break;
     }
@@ -263,6 +268,10 @@ void store_part(const Image& image, const Texel& at, MaskPart mask, const UintPa
 
 void sample_part(const Image& image, const Sampler& sampler, int dimensions, const FloatPart* at,
                  MaskPart mask, UintPart* out) {
+#if defined(__AVX2__)
+    if (is_half_volume(image, sampler, dimensions))
+        return sample_half_volume(image, at, mask, out);
+#endif
     const uint32_t size[3] = {image.width, image.height, image.depth};
     IntPart first[3] = {}, second[3] = {};
     FloatPart weight[3] = {};

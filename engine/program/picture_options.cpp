@@ -43,7 +43,7 @@ void add_picture_options(CLI::App& app, PictureOptions& o) {
     app.add_option("--device", o.device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "environment variable PALPATE_DEVICE, else the first discrete, integrated, then "
-                   "CPU device)");
+                   "CPU device: palpate native)");
     add_device_memory_options(app, o.memory);
     app.add_option("--volume-format", o.format,
                    "Voxels on the device; auto: r32f on CPU devices (default: auto)")

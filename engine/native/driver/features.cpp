@@ -17,6 +17,7 @@ VkPhysicalDeviceVulkan11Features features_11() {
 
 VkPhysicalDeviceVulkan12Features features_12() {
     return {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
+            .shaderBufferInt64Atomics = VK_TRUE,
             .scalarBlockLayout = VK_TRUE,
             .timelineSemaphore = VK_TRUE};
 }
@@ -85,12 +86,12 @@ std::optional<size_t> first_missing(const void* wanted, const void* has, size_t 
 
 } // namespace
 
-// Without numbers of 64 bits: kernels have none.
 VkPhysicalDeviceFeatures core_features() {
     return {.robustBufferAccess = VK_TRUE,
             .shaderStorageImageExtendedFormats = VK_TRUE,
             .shaderStorageImageReadWithoutFormat = VK_TRUE,
-            .shaderStorageImageWriteWithoutFormat = VK_TRUE};
+            .shaderStorageImageWriteWithoutFormat = VK_TRUE,
+            .shaderInt64 = VK_TRUE}; // as far as the translator knows them
 }
 
 void fill_features(VkBaseOutStructure& structure) {
