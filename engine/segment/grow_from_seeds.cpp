@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 
 #include "engine/segment/method_parts.h"
 #include "engine/segment/method_runs.h"
@@ -19,20 +20,44 @@ double highest_edge_mm(const Grid& grid) {
     return kDiagonals * std::max(diagonal, glm::length(spacing_mm(grid)));
 }
 
+// A forest, with what it is of.
+struct KeptForest : KeptRun {
+    KeptForest(const Volume& of, double height, SeedForest made)
+        : volume(of), height_mm(height), forest(std::move(made)) {}
+
+    Volume volume;
+    double height_mm;
+    SeedForest forest;
+};
+
+Result<std::shared_ptr<KeptForest>> forest_of(const SegmentInput& input, double height_mm,
+                                              const Task& task) {
+    if (input.kept)
+        if (auto kept = std::dynamic_pointer_cast<KeptForest>(*input.kept);
+            kept && kept->volume.is_same_as(input.volume) && kept->height_mm == height_mm)
+            return kept;
+    if (input.kept)
+        input.kept->reset(); // before another is made: memory for one
+    PALPATE_TRY(std::vector<uint16_t> heights, grow_heights(input.volume, nullptr, task));
+    return std::make_shared<KeptForest>(
+        input.volume, height_mm, SeedForest(input.volume.grid(), std::move(heights), height_mm));
+}
+
 } // namespace
 
 Result<Segmented> run_grow(const SegmentInput& input, const ParameterValues& values,
                            const Task& task) {
-    PALPATE_TRY(std::vector<uint16_t> heights,
-                grow_heights(input.volume, nullptr, task.part(0.0, 0.2)));
-    const double edges_mm = is_set(values, "height") ? value_of(values, "height")
-                                                     : highest_edge_mm(input.volume.grid());
-    SeedForest forest(input.volume.grid(), std::move(heights), edges_mm);
-    PALPATE_TRY(forest.update(*input.seeds, task.part(0.2, 0.95)));
+    const double height_mm = is_set(values, "height") ? value_of(values, "height")
+                                                      : highest_edge_mm(input.volume.grid());
+    PALPATE_TRY(const std::shared_ptr<KeptForest> kept,
+                forest_of(input, height_mm, task.part(0.0, 0.2)));
+    if (input.kept)
+        *input.kept = kept;
+    PALPATE_TRY(kept->forest.update(*input.seeds, task.part(0.2, 0.95)));
     PALPATE_TRY(Volume labels,
-                forest.labels(input.seeds->type(), input.background, task.part(0.95, 1.0)));
+                kept->forest.labels(input.seeds->type(), input.background, task.part(0.95, 1.0)));
     Segmented made{std::move(labels), {}, {}, {}};
-    made.found["height"] = edges_mm;
+    made.found["height"] = height_mm;
     if (label_counts(*input.seeds).size() == 1)
         made.notes.push_back(
             "seeds of one label take the whole volume: add seeds outside under another label, and "

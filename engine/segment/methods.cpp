@@ -124,7 +124,10 @@ std::span<const SegmentMethod> segment_methods() {
              {{"height", "mm", 1e-3, 1e7, kUnset, "5 diagonals of the volume",
                "Way that the steepest edge counts as: more follows edges, less takes the nearest "
                "seed"}},
-             run_grow},
+             run_grow,
+             false,
+             false,
+             true},
             {"watershed",
              "Every sample to the seeds that reach it over the lowest edge",
              true,
@@ -277,6 +280,8 @@ Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input
                         known->least, known->most, value);
         values[name] = value;
     }
+    if (input.kept && !method.keeps_runs)
+        input.kept->reset();
     if (method.takes_curves && input.curves.empty())
         return fail("{}: expected closed curves", method.name);
     if (!method.takes_seeds)
@@ -285,6 +290,7 @@ Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input
         return fail("{}: expected seeds", method.name);
     PALPATE_TRY(const Volume seeds, checked_seeds(input.volume, *input.seeds, "seeds"));
     SegmentInput checked{input.volume, seeds, input.balls, input.background};
+    checked.kept = input.kept;
     PALPATE_TRY(Segmented made, method.run(checked, values, task));
     if (made.unbounded.empty() || input.keeps_unbounded)
         return made;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,6 +26,12 @@ struct MethodParameter {
 
 using ParameterValues = std::map<std::string, double, std::less<>>;
 
+// What a run leaves behind for one that follows: of each method its own.
+class KeptRun {
+ public:
+    virtual ~KeptRun() = default;
+};
+
 struct SegmentInput {
     const Volume& volume;
     std::optional<Volume> seeds; // a label map on the volume's grid
@@ -33,6 +40,10 @@ struct SegmentInput {
     std::vector<WireCurve> curves{}; // for methods that take curves
     // A front that meets no boundary is no failure: see Segmented::unbounded.
     bool keeps_unbounded = false;
+    // For runs that follow each other, while seeds change: a method that can leaves here what it
+    // has come to, and goes on from there if volume and parameters are the same snapshot and
+    // values. Results are those of a run from the start, to the bit. Null: nothing is kept.
+    std::shared_ptr<KeptRun>* kept = nullptr;
 };
 
 // An object whose front met no boundary, and why a person must choose a bound, in words.
@@ -75,6 +86,7 @@ struct SegmentMethod {
                              const Task& task);
     bool takes_curves = false;
     bool has_distance = false; // makes Segmented::distance
+    bool keeps_runs = false;   // takes and leaves SegmentInput::kept; others clear it
 };
 
 std::span<const SegmentMethod> segment_methods(); // the table, in the order of menus

@@ -118,6 +118,37 @@ TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
 }
 
+// A run after more seeds goes on from the run before, to what a run from the start gives; another
+// method frees what was kept.
+TEST_F(Segmentation, GrowsOnFromChangedSeeds) {
+    paint_seeds();
+    paint_outside();
+    choose("grow-from-seeds");
+    click_widget("segment/run");
+    frame({});
+    const size_t first = count_of(Work::kLabels, 1.0f);
+    ASSERT_GT(first, 10u);
+    move(middle(Panel::axial) + glm::dvec2(0, 70)); // outside is still in the hand
+    button(true);
+    button(false);
+    frame({});
+    click_widget("segment/run");
+    frame({});
+    const Volume gone_on = volume(Work::kLabels);
+    EXPECT_NE(count_of(Work::kLabels, 1.0f), first);
+    choose("watershed");
+    click_widget("segment/run");
+    frame({});
+    choose("grow-from-seeds");
+    click_widget("segment/run");
+    frame({});
+    const Volume anew = volume(Work::kLabels);
+    for (uint32_t z = 0; z < 24; ++z)
+        for (uint32_t y = 0; y < 24; ++y)
+            for (uint32_t x = 0; x < 24; ++x)
+                ASSERT_EQ(gone_on.value({x, y, z}), anew.value({x, y, z}));
+}
+
 // Bounds of a result: on the slider of the method.
 class SegmentBound : public Segmentation {
  protected:

@@ -112,11 +112,13 @@ Result<Volume> made(const Result<BrickMaker>& maker, const Task& task) {
 
 } // namespace
 
-Result<Segmented> SegmentRun::run_method(SegmentInput input, const Task& task) const {
+Result<Segmented> SegmentRun::run_method(SegmentInput input, const Task& task) {
+    input.kept = &job_.kept;
     if (!job_.region)
         return segment(*job_.method, input, job_.given, task);
     const auto [low, high] = *job_.region;
     const glm::ivec3 behind = glm::ivec3(input.volume.size()) - 1 - high;
+    job_.kept.reset(); // a part is a volume of its own
     const Task quietly{task.stop, {}};
     PALPATE_TRY(const Volume part, made(crop_bricks(input.volume, low, high), quietly));
     SegmentInput within{part, {}, {}, input.background};

@@ -59,6 +59,7 @@ struct SegmentJob {
     // has changed meanwhile, but for the samples that were changed.
     std::shared_ptr<const SegmentDone> ready{};
     std::optional<Volume> before{};
+    std::shared_ptr<KeptRun> kept{}; // of the run before: SegmentInput::kept
 };
 
 // A method at work on a thread of its own.
@@ -77,10 +78,12 @@ class SegmentRun {
     std::optional<Volume> take_look();
     // Once, when it is done.
     std::optional<Result<SegmentDone>> take();
+    // After that: for the job of the next run.
+    std::shared_ptr<KeptRun> kept() const { return job_.kept; }
 
  private:
     Result<SegmentDone> run();
-    Result<Segmented> run_method(SegmentInput input, const Task& task) const;
+    Result<Segmented> run_method(SegmentInput input, const Task& task);
     Result<SegmentDone> bound_again(const Task& task);
     void spare_locked(SegmentDone& done) const;
     void set_bound(Strength& strength, const SegmentDone& found, const ArrivalGrowth& growth);

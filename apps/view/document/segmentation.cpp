@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/view/document/stroke_edit.h"
 #include "apps/view/tools/clip_tool.h"
@@ -149,6 +150,8 @@ void Segmentation::stop() {
 }
 
 void Segmentation::run(SegmentJob job) {
+    if (!job.again && !job.ready)
+        job.kept = std::exchange(kept_run_, nullptr);
     run_ = std::make_unique<SegmentRun>(std::move(job), document_.threaded());
     poll();
 }
@@ -196,6 +199,8 @@ void Segmentation::poll() {
     if (!taken)
         return;
     const std::unique_ptr<SegmentRun> ended = std::move(run_);
+    if (ended->kept())
+        kept_run_ = ended->kept();
     look_.reset();
     if (*taken)
         take(ended->job(), std::move(**taken));

@@ -51,7 +51,8 @@ class Segmentation {
     const HandLink& hand_;
     WireTracer wire_;
     std::unique_ptr<SegmentRun> run_;
-    std::optional<Volume> look_; // what the run has come to
+    std::shared_ptr<KeptRun> kept_run_; // of the last run, for the next with other seeds
+    std::optional<Volume> look_;        // what the run has come to
     std::optional<Strength> strength_;
     std::deque<Strength> kept_; // of steps, that undo and redo may come back to; the newest last
     std::map<std::string, ParameterValues> found_; // by method

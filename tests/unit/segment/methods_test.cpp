@@ -87,6 +87,39 @@ TEST(Methods, EachFindsANoisyBall) {
     }
 }
 
+TEST(Methods, AKeptRunGoesOnToWhatANewOneGives) {
+    const Volume volume = noisy_ball();
+    const SegmentMethod& method = *find_segment_method("grow-from-seeds");
+    std::vector<SeedBall> balls{{1, {0, 0, 0}, 5.0}, {2, {20, 20, 20}, 4.0}};
+    std::shared_ptr<KeptRun> kept;
+    const KeptRun* first = nullptr;
+    for (const SeedBall& more : {SeedBall{1, {9, 0, 0}, 2.0}, SeedBall{3, {-6, 0, 0}, 3.0}}) {
+        balls.push_back(more);
+        const Volume seeds = *seed_map(volume, balls);
+        SegmentInput input{volume, seeds, balls, 2};
+        const Result<Segmented> fresh = segment(method, input, {}, {});
+        input.kept = &kept;
+        const Result<Segmented> made = segment(method, input, {}, {});
+        ASSERT_TRUE(fresh);
+        ASSERT_TRUE(made);
+        ASSERT_NE(kept, nullptr);
+        EXPECT_TRUE(first == nullptr || first == kept.get());
+        first = kept.get();
+        for (uint32_t z = 0; z < volume.size().z; ++z)
+            for (uint32_t y = 0; y < volume.size().y; ++y)
+                for (uint32_t x = 0; x < volume.size().x; ++x)
+                    ASSERT_EQ(made->labels.value({x, y, z}), fresh->labels.value({x, y, z}));
+    }
+    // Another height is another forest, and a method that keeps nothing frees it.
+    SegmentInput input{volume, *seed_map(volume, balls), balls, 2};
+    input.kept = &kept;
+    const std::shared_ptr<KeptRun> before = kept;
+    ASSERT_TRUE(segment(method, input, {{"height", 1.0}}, {}));
+    EXPECT_NE(kept, before);
+    ASSERT_TRUE(segment(*find_segment_method("watershed"), input, {}, {}));
+    EXPECT_EQ(kept, nullptr);
+}
+
 // Two balls, two objects, and what is none: another bound gives what the method gives with it.
 TEST(Methods, AnotherBoundNeedsNoOtherRun) {
     const Volume volume = noisy_ball();
