@@ -3,6 +3,7 @@
 
 #include "engine/segment/components.h"
 #include "engine/segment/filters.h"
+#include "engine/segment/interpolate_slices.h"
 #include "engine/segment/label_logic.h"
 #include "engine/segment/label_median.h"
 #include "engine/segment/margin.h"
@@ -110,6 +111,13 @@ Result<Volume> move_walls(const Volume& volume, const FilterValues& v, const Tas
 }
 Result<Volume> hollow_out(const Volume& volume, const FilterValues& v, const Task& task) {
     return hollow(volume, v.numbers[0], Wall(int(v.numbers[1])), changed_labels(v), task);
+}
+
+Result<Volume> between_slices(const Volume& volume, const FilterValues& v, const Task& task) {
+    BetweenSlicesOptions o{.label = label_of(v.numbers[1]), .locked = v.locked};
+    if (v.numbers[0] > 0.0)
+        o.axis = int(v.numbers[0]) - 1;
+    return interpolate_slices(volume, o, task);
 }
 
 // "LOGIC,LABEL[,OF[,NAME]]".
@@ -273,6 +281,17 @@ std::vector<Filter> wall_filters() {
          kBox,
          nullptr,
          hollow_out,
+         true,
+         true},
+        {"between-slices",
+         "Fill the slices between those drawn across an axis of the grid; auto: across which each "
+         "label has most gaps",
+         "",
+         {{"axis", "", 0, 3, 0.0, "auto|x|y|z"}, label()},
+         kSame,
+         "6 bytes a sample",
+         nullptr,
+         between_slices,
          true,
          true},
         {"logic",

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/segment/interpolate_slices.h"
 #include "engine/volume/builder.h"
 
 namespace palpate::view {

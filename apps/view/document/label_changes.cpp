@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "engine/segment/components.h"
 #include "engine/segment/interpolate_slices.h"
@@ -63,12 +62,7 @@ Result<Volume> shrink(const Volume& labels, uint16_t label, double by_mm, const 
 }
 
 Result<Volume> fill_between(const Volume& labels, uint16_t label, double, const Task& task) {
-    const int axis = axis_with_gaps(labels, label);
-    if (axis < 0)
-        return labels;
-    PALPATE_TRY(const Volume object, alone(labels, label, task.part(0.0, 0.1)));
-    PALPATE_TRY(const Volume whole, interpolate_slices(object, axis, task.part(0.1, 0.9)));
-    return put(labels, whole, label, task.part(0.9, 1.0));
+    return interpolate_slices(labels, {.label = label}, task);
 }
 
 constexpr LabelChange kChanges[] = {
@@ -91,34 +85,6 @@ std::span<const LabelChange> label_changes() {
 const LabelChange& label_change(std::string_view id) {
     return *std::find_if(std::begin(kChanges), std::end(kChanges),
                          [&](const LabelChange& one) { return id == one.id; });
-}
-
-int axis_with_gaps(const Volume& labels, uint16_t label) {
-    const glm::uvec3 size = labels.grid().size;
-    std::array<std::vector<bool>, 3> layers;
-    for (int axis = 0; axis < 3; ++axis)
-        layers[static_cast<size_t>(axis)].resize(size[axis]);
-    std::vector<float> row(size.x);
-    for (uint32_t z = 0; z < size.z; ++z)
-        for (uint32_t y = 0; y < size.y; ++y) {
-            read_row(labels, {0, y, z}, size.x, row.data());
-            for (uint32_t x = 0; x < size.x; ++x)
-                if (row[x] == static_cast<float>(label))
-                    layers[0][x] = layers[1][y] = layers[2][z] = true;
-        }
-    int best = -1;
-    ptrdiff_t most = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::vector<bool>& has = layers[static_cast<size_t>(axis)];
-        const auto first = std::find(has.begin(), has.end(), true);
-        const auto last = std::find(has.rbegin(), has.rend(), true).base();
-        const ptrdiff_t gaps = first < last ? std::count(first, last, false) : 0;
-        if (gaps > 0 && gaps >= most) {
-            most = gaps;
-            best = axis;
-        }
-    }
-    return best;
 }
 
 } // namespace palpate::view

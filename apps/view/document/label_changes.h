@@ -20,8 +20,4 @@ struct LabelChange {
 std::span<const LabelChange> label_changes();
 const LabelChange& label_change(std::string_view id); // one that there is
 
-// The axis across which a label was drawn in slices with others between them: the one with most
-// layers that lack the label between its first and its last; of equal ones the last. -1: none.
-int axis_with_gaps(const Volume& labels, uint16_t label);
-
 } // namespace palpate::view
