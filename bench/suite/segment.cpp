@@ -9,8 +9,11 @@
 #include "bench/segment/cases.h"
 #include "bench/segment/live_cases.h"
 #include "bench/study/guidance.h"
+#include "bench/study/liver_phantom.h"
 #include "bench/study/liver_study.h"
 #include "bench/study/samples.h"
+#include "bench/study/seeds_study.h"
+#include "bench/suite/peers.h"
 #include "bench/suite/suites.h"
 #include "engine/base/log.h"
 #include "engine/io/volume_io.h"
@@ -120,7 +123,57 @@ Result<void> add_study(const Options& options, Json& json) {
 
 namespace {
 
-constexpr const char* kGuidance = "guidance"; // the part's name
+constexpr const char* kGuidance = "guidance"; // the parts' names
+constexpr const char* kSeeds = "seeds";
+
+// Phantoms, and the ten largest organs of a real volume.
+Result<void> add_seeds(const Options& options, Json& json) {
+    SeedsOptions seeds;
+    for (uint64_t n = 0; n < (options.tiny ? 1 : options.full ? 24 : 4); ++n) {
+        LiverPhantom phantom = liver_phantom(n);
+        seeds.cases.push_back({fmt::format("phantom {}", n),
+                               std::move(phantom.volume),
+                               std::move(phantom.truth),
+                               {1}});
+    }
+    if (options.tiny)
+        seeds.users = 1, seeds.methods = {"grow-from-seeds"};
+    else
+        seeds.first_user = 100;
+    if (options.scores_organs && !options.tiny) {
+        PALPATE_TRY(const LoadedVolume grey, load_volume(options.head_ct));
+        PALPATE_TRY(const LoadedVolume labels, load_labels(options.labels));
+        std::vector<LabelCount> counts = label_counts(labels.volume);
+        std::ranges::sort(counts, std::greater(), &LabelCount::count);
+        SeedsCase one{"ten organs", grey.volume, labels.volume, {}};
+        for (size_t n = 0; n < std::min<size_t>(10, counts.size()); ++n)
+            one.labels.push_back(counts[n].label);
+        seeds.cases.push_back(std::move(one));
+    }
+    const Task task{options.stop, {}};
+    if (options.peers && !options.tiny) {
+        seeds.keep = options.out / "seeds";
+        std::error_code error;
+        fs::create_directories(seeds.keep, error); // what fails is told by the first file
+    }
+    PALPATE_TRY(json["seeds"], seeds_study(seeds, task));
+    if (!seeds.keep.empty()) {
+        const fs::path found = seeds.keep / "skimage.json", said = seeds.keep / "skimage.txt";
+        const int code = run_program(
+            {kPython, PALPATE_BENCH_SCRIPTS "/peers_seeds.py", seeds.keep.string(), found.string()},
+            said);
+        if (code == 0) {
+            PALPATE_TRY(const std::string text, load_text(found));
+            PALPATE_TRY(json["seeds"]["skimage"], parse_json(text, found.string()));
+        } else {
+            json["seeds"]["skimage_absent"] = last_line(said);
+        }
+    }
+    if (!options.tiny) {
+        PALPATE_TRY(json["seeds"]["times"], seeds_times(options.full, task));
+    }
+    return {};
+}
 
 Result<void> add_guidance(const Options& options, Json& json) {
     GuidanceOptions guidance;
@@ -150,7 +203,7 @@ Result<void> add_live_case(const LiveCase& one, const Options& options, Json& js
 
 // Refuses parts that the suite does not have.
 Result<void> check_parts(const Options& options) {
-    std::vector<std::string> known{kStudy, kGuidance};
+    std::vector<std::string> known{kStudy, kGuidance, kSeeds};
     const auto add = [&](const std::string& name) {
         if (std::ranges::find(known, name) == known.end()) // some have a row for each setting
             known.push_back(name);
@@ -182,6 +235,8 @@ Result<Report> run_segment(Bench& bench) {
         PALPATE_TRY(add_study(options, report.json));
     if (wants(kGuidance))
         PALPATE_TRY(add_guidance(options, report.json));
+    if (wants(kSeeds))
+        PALPATE_TRY(add_seeds(options, report.json));
     for (const LiveCase& one : live_cases())
         if (wants(one.name))
             PALPATE_TRY(add_live_case(one, options, report.json));
