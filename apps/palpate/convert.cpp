@@ -62,7 +62,7 @@ Result<std::vector<std::pair<const Filter*, FilterValues>>> changes_of(const Con
 // Loads the volume and changes it as the options say.
 Result<LoadedVolume> load_changed(const ConvertOptions& o, const Interrupt& interrupt) {
     PALPATE_TRY(auto changes, changes_of(o));
-    PALPATE_TRY(LoadedVolume loaded, load(o.read, o.labels, interrupt));
+    PALPATE_TRY(LoadedVolume loaded, load_labelled(o.label_output, o.read, o.labels, interrupt));
     PALPATE_TRY(take_label_names(o.label_output, loaded));
     for (auto& [filter, values] : changes) {
         Progress progress(filter->name);
@@ -173,9 +173,10 @@ Command add_convert(CLI::App& app) {
            "such as LPS or RAS; the patient does not move (default: as they are stored)")
         ->type_name("LETTERS");
     refuse_where_wrong(app, [options]() -> Result<void> {
-        options->labels = options->labels || names_dicom(options->out);
+        options->labels = options->labels || names_dicom(options->out) ||
+                          !options->label_output.reference.empty();
         PALPATE_TRY(const auto changes, changes_of(*options));
-        return check_label_output(options->label_output, options->out);
+        return check_label_output(options->label_output, options->read.path, options->out);
     });
     return {[options] { return run_convert(*options); },
             [options] {

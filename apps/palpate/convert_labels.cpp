@@ -3,7 +3,8 @@
 #include <map>
 
 #include "engine/base/log.h"
-#include "engine/io/dicom_labels_write.h"
+#include "engine/decode/dicom_structures.h"
+#include "engine/io/dicom_structures_write.h"
 #include "engine/program/option_checks.h"
 #include "engine/program/output.h"
 #include "engine/program/scene_options.h"
@@ -16,10 +17,13 @@ const std::map<std::string, DicomLabels> kKinds{{"seg", DicomLabels::binary},
                                                 {"seg-fractional", DicomLabels::fractional},
                                                 {"seg-labelmap", DicomLabels::label_map}};
 
+constexpr const char* kStructures = "rtstruct";
+
 std::vector<std::string> kind_names() {
     std::vector<std::string> names;
     for (const auto& [name, kind] : kKinds)
         names.push_back(name);
+    names.push_back(kStructures);
     return names;
 }
 
@@ -29,8 +33,9 @@ void add_label_output(CLI::App& app, LabelOutput& options) {
     CLI::Option* reference =
         app.add_option("--reference", options.reference,
                        "With OUT.dcm: the DICOM series (a folder or file) to whose images, patient "
-                       "and study the labels belong; their samples must be where its are "
-                       "(default: none)")
+                       "and study the labels belong; their samples must be where its are. With a "
+                       "structure set (RTSTRUCT) as V: the series on whose grid its contours "
+                       "become labels (default: none)")
             ->type_name("SERIES");
     app.add_option("--reference-series", options.reference_series,
                    "Which one of --reference: its number in the list, its UID or a part of its "
@@ -38,8 +43,9 @@ void add_label_output(CLI::App& app, LabelOutput& options) {
         ->type_name("NAME")
         ->needs(reference);
     app.add_option("--as", options.as,
-                   "With OUT.dcm: seg (one bit a sample and segment), seg-fractional (one byte) "
-                   "or seg-labelmap (the labels themselves, of DICOM 2024) (default: seg)")
+                   "With OUT.dcm: seg (one bit a sample and segment), seg-fractional (one byte), "
+                   "seg-labelmap (the labels themselves, of DICOM 2024) or rtstruct (contours) "
+                   "(default: seg)")
         ->check(one_of(kind_names()))
         ->needs(reference);
     app.add_option("--codes", options.codes,
@@ -59,13 +65,22 @@ bool names_dicom(const std::string& path) {
     return ending == ".dcm" || ending == ".DCM";
 }
 
-Result<void> check_label_output(const LabelOutput& options, const std::string& out) {
+Result<void> check_label_output(const LabelOutput& options, const std::string& in,
+                                const std::string& out) {
     if (names_dicom(out) && options.reference.empty())
         return fail(
             "{}: labels are written as DICOM for a series of images; name it with --reference",
             out);
-    if (!names_dicom(out) && !options.reference.empty())
-        return fail("--reference: expected OUT to end in .dcm, found '{}'", out);
+    if (!names_dicom(out) && !options.reference.empty() && !io::is_structure_set(in))
+        return fail(
+            "--reference: expected OUT to end in .dcm, or V to be a structure set (RTSTRUCT), "
+            "found "
+            "'{}' and '{}'",
+            out, in);
+    for (const auto& [option, value] :
+         {std::pair("--as", &options.as), {"--codes", &options.codes}})
+        if (!names_dicom(out) && !value->empty())
+            return fail("{}: expected OUT to end in .dcm, found '{}'", option, out);
     return {};
 }
 
@@ -73,6 +88,19 @@ void append_label_output(const LabelOutput& options, std::vector<NamedFile>& fil
     append_volume(files, "--reference", options.reference);
     files.push_back({"--codes", options.codes});
     files.push_back({"--label-names", options.label_names});
+}
+
+Result<LoadedVolume> load_labelled(const LabelOutput& options, const ReadFlags& read, bool labels,
+                                   const Interrupt& interrupt) {
+    if (options.reference.empty() || !io::is_structure_set(read.path))
+        return load(read, labels, interrupt);
+    ReadFlags flags = read;
+    flags.series = options.reference_series;
+    Result<LoadedVolume> loaded =
+        load_structures(read.path, options.reference, read_options(flags, interrupt.token()));
+    for (size_t i = 0; loaded && i < loaded->warnings.size(); ++i)
+        log::warning("{}", loaded->warnings[i]);
+    return loaded;
 }
 
 Result<void> take_label_names(const LabelOutput& options, LoadedVolume& labels) {
@@ -93,13 +121,15 @@ Result<void> convert_to_dicom(const LabelOutput& options, const ReadFlags& read,
     for (const std::string& warning : reference.warnings)
         log::warning("{}", warning);
     DicomLabelOptions how;
-    how.kind = options.as.empty() ? DicomLabels::binary : kKinds.at(options.as);
+    const bool structures = options.as == kStructures;
+    how.kind = options.as.empty() || structures ? DicomLabels::binary : kKinds.at(options.as);
     how.frame_of_reference = labels.frame_of_reference;
     how.stop = interrupt.token();
     if (!options.codes.empty()) {
         PALPATE_TRY(how.codes, SegmentCodes::load(options.codes));
     }
-    PALPATE_TRY(save_dicom_labels(out, labels.volume, labels.labels, reference, how));
+    PALPATE_TRY((structures ? save_dicom_structures : save_dicom_labels)(
+        out, labels.volume, labels.labels, reference, how));
     tell_made(out, labels.volume);
     return {};
 }

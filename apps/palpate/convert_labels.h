@@ -20,10 +20,15 @@ void add_label_output(CLI::App& app, LabelOutput& options);
 // Whether a file's name says that it is DICOM.
 bool names_dicom(const std::string& path);
 
-// An error where the options do not go with the name of the file.
-Result<void> check_label_output(const LabelOutput& options, const std::string& out);
+// An error where the options do not go with the files.
+Result<void> check_label_output(const LabelOutput& options, const std::string& in,
+                                const std::string& out);
 
 void append_label_output(const LabelOutput& options, std::vector<NamedFile>& files);
+
+// Loads the volume, and of a structure set the labels on the grid of --reference.
+Result<LoadedVolume> load_labelled(const LabelOutput& options, const ReadFlags& read, bool labels,
+                                   const Interrupt& interrupt);
 
 // Takes the names of --label-names, if any.
 Result<void> take_label_names(const LabelOutput& options, LoadedVolume& labels);

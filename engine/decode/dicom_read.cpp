@@ -11,6 +11,7 @@
 #include "engine/decode/dicom_reference.h"
 #include "engine/decode/dicom_resample.h"
 #include "engine/decode/dicom_segmentation.h"
+#include "engine/decode/dicom_structures.h"
 #include "engine/decode/dicom_walk.h"
 #include "engine/decode/formats.h"
 
@@ -281,6 +282,8 @@ DicomFrame middle_of(std::vector<DicomFrame> frames) {
 } // namespace
 
 Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
+    if (is_structure_set(request.path))
+        return decode_structures(request, sink);
     const std::string name = request.path.string();
     Result<DicomFiles> found = read_dicom_headers(request, sink);
     sink.alive(); // in no file

@@ -40,7 +40,7 @@ void limit_memory() {
 } // namespace
 
 void serve_decoding(int argc, char** argv, Decode decode) {
-    if (argc < 9)
+    if (argc < 12)
         ::_exit(2);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != std::atoi(argv[2]))
@@ -60,7 +60,11 @@ void serve_decoding(int argc, char** argv, Decode decode) {
     request.reference = std::string_view(argv[8]) == "reference";
     if (std::string_view(argv[9]) == "keyword")
         set_option_style(OptionStyle::keywords);
-    request.without.assign(argv + 10, argv + argc);
+    if (const std::string_view onto = argv[10]; onto.starts_with('='))
+        request.onto = onto.substr(1);
+    if (const std::string_view series = argv[11]; series.starts_with('='))
+        request.onto_series = std::string(series.substr(1));
+    request.without.assign(argv + 12, argv + argc);
     VoxelSink sink(kMemoryFd, kReportFd, std::strtoull(argv[3], nullptr, 10));
     sink.alive();
     std::string report;

@@ -78,6 +78,9 @@ struct DecodeRequest {
     bool resample_slices = false; // DICOM: to even spacing, without shear
     bool middle_image = false;    // DICOM: that one of the series alone
     bool reference = false;       // DICOM: what objects made from the series take over; no voxels
+    // DICOM structure sets: the series on whose grid contours become labels; empty: none.
+    std::filesystem::path onto{};
+    std::optional<std::string> onto_series{};
     // DICOM: files in which a reader has died, to be passed over with a warning. Others do not heed
     // it.
     std::vector<std::filesystem::path> without{};

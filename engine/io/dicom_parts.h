@@ -34,6 +34,9 @@ struct DicomParts {
 
 namespace io {
 
+// The modality of structure sets (PS3.3 C.7.3.1.1.1).
+constexpr const char* kStructureSet = "RTSTRUCT";
+
 // An item of the Segment Sequence keeps the label of a segment under these (PS3.5 7.8.1).
 constexpr const char* kPrivateCreator = "PALPATE";
 constexpr uint32_t kPrivateCreatorTag = 0x00630010, kPrivateLabelTag = 0x00631001;

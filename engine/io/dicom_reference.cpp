@@ -1,6 +1,7 @@
 #include "engine/io/dicom_reference.h"
 
 #include "engine/io/dicom_set.h"
+#include "engine/io/narrow.h"
 #include "engine/io/sandbox.h"
 
 namespace palpate {
@@ -25,6 +26,20 @@ Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
             path.string()));
     }
     return reference;
+}
+
+Result<LoadedVolume> load_structures(const std::filesystem::path& path,
+                                     const std::filesystem::path& reference,
+                                     const ReadOptions& options) {
+    io::DecodeRequest request{path, {}, {}};
+    request.onto = reference;
+    request.onto_series = options.series;
+    PALPATE_TRY(const io::DecodedVoxels voxels, io::decode_in_child(request, options));
+    if (voxels.decoded.modality != io::kStructureSet)
+        return fail("{}: expected a DICOM structure set (RTSTRUCT), found another file",
+                    path.string());
+    return io::narrow(path.string(), voxels.decoded, voxels.claim, voxels.bytes(),
+                      io::VolumeKind::labels, options.max_memory_bytes);
 }
 
 } // namespace palpate

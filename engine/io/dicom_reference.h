@@ -23,4 +23,12 @@ struct DicomReference {
 Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
                                             const ReadOptions& options = {});
 
+// Reads a structure set (RTSTRUCT) as a label map on the grid of a series of images: a sample
+// belongs to a structure whose contours enclose half of its area or more. options.series chooses
+// among several series of the reference. An error where the contours lie in another frame of
+// reference, or between the slices.
+Result<LoadedVolume> load_structures(const std::filesystem::path& path,
+                                     const std::filesystem::path& reference,
+                                     const ReadOptions& options = {});
+
 } // namespace palpate

@@ -134,7 +134,9 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
                                    request.middle_image ? "middle"
                                    : request.reference  ? "reference"
                                                         : "-",
-                                   text_of(Option{"keyword"})};
+                                   text_of(Option{"keyword"}),
+                                   request.onto.empty() ? "-" : "=" + request.onto.string(),
+                                   request.onto_series ? "=" + *request.onto_series : "-"};
     for (const fs::path& path : request.without)
         words.push_back(path.string());
     std::vector<char*> argv;

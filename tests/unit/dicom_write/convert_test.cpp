@@ -73,6 +73,28 @@ TEST_F(ConvertLabels, NamesComeFromATable) {
     EXPECT_NEAR(found[0].color->z, 30.0 / 255, 1e-6); // six digits are written
 }
 
+TEST_F(ConvertLabels, ToContoursAndBack) {
+    const ProgramRun there = convert(
+        {path("labels.nrrd"), path("rt.dcm"), "--reference", path("ct"), "--as", "rtstruct"});
+    ASSERT_EQ(there.exit_code, 0) << there.messages;
+    const ProgramRun back =
+        convert({path("rt.dcm"), path("back.seg.nrrd"), "--reference", path("ct")});
+    ASSERT_EQ(back.exit_code, 0) << back.messages;
+    const auto loaded = load_labels(file("back.seg.nrrd"));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const glm::uvec3 size = labels_->size();
+    for (uint32_t z = 0; z < size.z; ++z)
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x)
+                ASSERT_EQ(loaded->volume.value({x, y, z}), labels_->value({x, y, z}));
+    ASSERT_EQ(loaded->labels.size(), 2u);
+    EXPECT_EQ(loaded->labels[1].name, "liver");
+    // Contours become a segmentation, too.
+    const ProgramRun seg = convert({path("rt.dcm"), path("seg.dcm"), "--reference", path("ct")});
+    ASSERT_EQ(seg.exit_code, 0) << seg.messages;
+    EXPECT_EQ(load_labels(file("seg.dcm"))->volume.range().max, 5.0f);
+}
+
 TEST_F(ConvertLabels, WhatDoesNotFitIsRefusedWithoutAFile) {
     const std::string in = path("labels.nrrd"), out = path("out.dcm");
     const ProgramRun alone = convert({in, out});

@@ -1,0 +1,153 @@
+// Outlines of samples, and the areas that polygons cover, against sums and fine sampling.
+
+#include "engine/io/outlines.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+namespace palpate {
+namespace {
+
+using io::covered_areas;
+using io::Outline;
+using io::outlines_of;
+
+double area_of(const Outline& outline) {
+    double twice = 0;
+    for (size_t i = 0; i < outline.size(); ++i) {
+        const glm::dvec2 a = outline[i], b = outline[(i + 1) % outline.size()];
+        twice += a.x * b.y - b.x * a.y;
+    }
+    return 0.5 * twice;
+}
+
+// How many groups of samples with the label are neighbours across edges.
+size_t pieces(std::vector<uint16_t> slice, glm::uvec2 size, uint16_t label) {
+    size_t count = 0;
+    for (size_t start = 0; start < slice.size(); ++start) {
+        if (slice[start] != label)
+            continue;
+        ++count;
+        std::vector<size_t> todo{start};
+        slice[start] = 0;
+        while (!todo.empty()) {
+            const size_t at = todo.back(), x = at % size.x, y = at / size.x;
+            todo.pop_back();
+            const auto visit = [&](bool is_in, size_t next) {
+                if (is_in && slice[next] == label) {
+                    slice[next] = 0;
+                    todo.push_back(next);
+                }
+            };
+            visit(x > 0, at - 1);
+            visit(x + 1 < size.x, at + 1);
+            visit(y > 0, at - size.x);
+            visit(y + 1 < size.y, at + size.x);
+        }
+    }
+    return count;
+}
+
+TEST(Outlines, EncloseExactlyTheSamplesTheyAreMadeOf) {
+    std::mt19937 random(2);
+    for (int round = 0; round < 400; ++round) {
+        std::uniform_int_distribution<uint32_t> side(1, 14);
+        const glm::uvec2 size(side(random), side(random));
+        // From scattered samples to full areas with holes, and holes within pieces within holes.
+        std::bernoulli_distribution set(0.05 + 0.9 * (round % 10) / 9.0);
+        std::vector<uint16_t> slice(size_t{size.x} * size.y);
+        size_t count = 0;
+        for (uint16_t& sample : slice) {
+            sample = set(random) ? 7 : round % 3 == 0 ? 2 : 0;
+            count += sample == 7 ? 1 : 0;
+        }
+        const std::vector<Outline> outlines = outlines_of(slice, size, 7);
+        EXPECT_EQ(outlines.size(), pieces(slice, size, 7));
+        double area = 0;
+        for (const Outline& outline : outlines) {
+            area += area_of(outline);
+            EXPECT_GE(outline.size(), 4u);
+        }
+        EXPECT_EQ(area, static_cast<double>(count)); // of halves and wholes: exact
+        const std::vector<float> covered = covered_areas(outlines, size);
+        for (size_t i = 0; i < slice.size(); ++i)
+            ASSERT_NEAR(covered[i], slice[i] == 7 ? 1.0 : 0.0, 1e-9) << i;
+    }
+}
+
+TEST(Outlines, HaveNoPointsOnStraightLines) {
+    std::vector<uint16_t> slice(20, 1);
+    EXPECT_EQ(outlines_of(slice, {5, 4}, 1).front().size(), 4u);
+    slice[6] = 0; // a hole: 4 corners, 2 ends of the channel twice, and the 4 outer ones
+    const auto outlines = outlines_of(slice, {5, 4}, 1);
+    ASSERT_EQ(outlines.size(), 1u);
+    EXPECT_EQ(outlines.front().size(), 12u);
+    EXPECT_TRUE(outlines_of(slice, {5, 4}, 2).empty());
+}
+
+// A star around a centre, in either direction.
+Outline star(glm::dvec2 center, double radius, size_t points, bool turned, std::mt19937& random) {
+    std::uniform_real_distribution<double> share(0.5, 1.0);
+    Outline outline;
+    for (size_t i = 0; i < points; ++i) {
+        const double angle = 2 * M_PI * double(i) / double(points) * (turned ? -1 : 1);
+        outline.push_back(center +
+                          radius * share(random) * glm::dvec2(std::cos(angle), std::sin(angle)));
+    }
+    return outline;
+}
+
+bool is_inside(const std::vector<Outline>& all, glm::dvec2 at) {
+    bool inside = false;
+    for (const Outline& outline : all)
+        for (size_t i = 0; i < outline.size(); ++i) {
+            const glm::dvec2 a = outline[i], b = outline[(i + 1) % outline.size()];
+            if ((a.y > at.y) != (b.y > at.y) &&
+                at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x))
+                inside = !inside;
+        }
+    return inside;
+}
+
+TEST(CoveredAreas, AreThoseOfFineSampling) {
+    constexpr int kFine = 64;
+    std::mt19937 random(9);
+    for (int round = 0; round < 12; ++round) {
+        const glm::uvec2 size(7, 6);
+        // The second lies within the first, the third beside both and partly beyond the slice.
+        const std::vector<Outline> outlines{star({2.5, 2.5}, 2.9, 9, round % 2 == 0, random),
+                                            star({2.5, 2.5}, 0.6, 5, round % 3 == 0, random),
+                                            star({6.2, 5.0}, 0.9, 6, round % 5 == 0, random)};
+        const std::vector<float> covered = covered_areas(outlines, size);
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x) {
+                int hits = 0;
+                for (int v = 0; v < kFine; ++v)
+                    for (int u = 0; u < kFine; ++u)
+                        hits += is_inside(outlines, {x - 0.5 + (u + 0.5) / kFine,
+                                                     y - 0.5 + (v + 0.5) / kFine})
+                                    ? 1
+                                    : 0;
+                // A line misses at most about the cells it passes, 2 * kFine of kFine^2 for each;
+                // some five edges meet in a sample, and misses are of either sign.
+                ASSERT_NEAR(covered[size_t{y} * size.x + x], hits / double(kFine * kFine),
+                            2.0 / kFine)
+                    << round << ": " << x << " " << y;
+            }
+    }
+}
+
+TEST(CoveredAreas, BeyondTheSliceCountNothing) {
+    const Outline square{{-3, -3}, {12, -3}, {12, 12}, {-3, 12}};
+    for (const float area : covered_areas(std::vector<Outline>{square}, {4, 3}))
+        EXPECT_EQ(area, 1.0f);
+    const Outline left{{-9, -1}, {-2, -1.5}, {-3, 4}};
+    const Outline right{{9, -1}, {12, -1.5}, {13, 4}};
+    for (const float area : covered_areas(std::vector<Outline>{left, right}, {4, 3}))
+        EXPECT_NEAR(area, 0.0, 1e-12); // a sum of ten terms below 10
+}
+
+} // namespace
+} // namespace palpate
