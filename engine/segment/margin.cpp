@@ -187,6 +187,12 @@ Result<Volume> hollow(const Volume& labels, double thickness_mm, Wall wall,
                               : wall == Wall::middle
                                   ? WallChange{.to_mm = half, .gain_mm = half}
                                   : WallChange{.to_mm = 0.0, .gain_mm = thickness_mm};
+    // A label would vanish where the wall does not reach from one sample to the next.
+    const glm::dvec3 spacing = spacing_mm(labels.grid());
+    const double least = std::min({spacing.x, spacing.y, spacing.z});
+    if (change.reach_mm() < least)
+        return fail("hollow: expected a thickness of at least {:g} mm on this grid, found {:g}",
+                    least * thickness_mm / change.reach_mm() * kOnTheBall, thickness_mm);
     return with_change(labels, change, which, "hollow", task);
 }
 

@@ -35,7 +35,8 @@ Result<Volume> margin(const Volume& labels, double by_mm, const ChangedLabels& w
 enum class Wall { inside, middle, outside };
 
 // Hollows labels: what stays of each is a wall of that thickness (mm, > 0), by the distances and
-// rules of margin(). The rest of the label becomes 0.
+// rules of margin(). The rest of the label becomes 0. Refused, too: a wall that does not reach from
+// one sample to the next on any axis, where nothing would be left.
 Result<Volume> hollow(const Volume& labels, double thickness_mm, Wall wall,
                       const ChangedLabels& which, const Task& task);
 

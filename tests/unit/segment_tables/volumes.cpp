@@ -105,6 +105,7 @@ std::vector<FilterUse> uses_of(const Filter& filter, const std::map<std::string,
         values.push_back(p.preset.value_or(p.words[0] != '\0'                   ? 0.0
                                            : std::string_view(p.name) == "high" ? 2.0
                                            : name == "crop"                     ? 0.0
+                                           : name == "hollow"                   ? 2.0
                                                                                 : 1.0));
     std::vector<FilterUse> uses{{name, {values, "", &others}}};
     for (size_t p = 0; p < values.size(); ++p)

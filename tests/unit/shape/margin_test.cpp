@@ -151,7 +151,7 @@ TEST_P(EveryWallMap, AWallIsThatOfItsDefinition) {
     const std::vector<float> before = samples_of(map);
     const Distances squared = distances(before);
     const double unit = one().unit_mm;
-    for (const double mm : {0.7, 1.4, 3.0})
+    for (const double mm : {1.4, 2.0, 3.0})
         for (const std::vector<float>& of : {labels(), {step()}}) {
             const ChangedLabels which{of.size() == 1 ? std::optional(uint16_t(step()))
                                                      : std::nullopt};
@@ -214,6 +214,9 @@ TEST(Margin, WhatCannotBeIsRefused) {
     EXPECT_FALSE(margin(map, 1.0, {.label = uint16_t{0}}, {}));
     EXPECT_FALSE(margin(map, 1.0, {.label = uint16_t{2}, .locked = locked}, {}));
     EXPECT_FALSE(hollow(map, 0.0, Wall::inside, {}, {}));
+    EXPECT_FALSE(hollow(map, 0.9, Wall::outside, {}, {})); // samples are 1 mm apart
+    EXPECT_FALSE(hollow(map, 1.9, Wall::middle, {}, {}));
+    EXPECT_TRUE(hollow(map, 2.0, Wall::middle, {}, {}));
     std::stop_source stop;
     stop.request_stop();
     EXPECT_FALSE(margin(map, 1.0, {}, {stop.get_token(), {}}));
