@@ -3,6 +3,7 @@
 #include "apps/palpate/command.h"
 #include "engine/base/log.h"
 #include "engine/base/printable.h"
+#include "engine/io/hounsfield.h"
 #include "engine/io/label_names.h"
 #include "engine/measure/measure_report.h"
 #include "engine/program/interrupt.h"
@@ -162,6 +163,8 @@ Result<void> run_measure(const MeasureOptions& o) {
             log::warning("--label-names: without effect, because there is no label map (--labels)");
     }
     MeasureReport report;
+    if (loaded.modality == "CT" && !lacks_ct_offset(loaded.modality, loaded.volume, loaded.coarser))
+        report.unit = "HU";
     for (Measure& one : measures) {
         std::optional<Measured> measured = measure(one, loaded.volume, interrupt.token());
         if (!measured)

@@ -2,7 +2,9 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace palpate {
 
@@ -46,40 +48,59 @@ std::string quoted(const std::string& text) {
     return out + "\"";
 }
 
-// Fields with names, in the order of the first line.
+// Lines of fields with names, in the order of the columns.
 class Table {
  public:
-    Table() {
-        columns_ = {"kind",     "name",       "label",     "length_mm", "angle_deg", "radius_mm",
-                    "area_mm2", "volume_mm3", "volume_ml", "count",     "no_data"};
+    void add(const std::vector<std::pair<std::string, std::string>>& fields) {
+        auto& line = lines_.emplace_back();
+        for (const auto& [name, value] : fields) // of two of one name the first counts
+            line.try_emplace(name, value);
+    }
+    // `unit`: of the values.
+    std::string text(const std::string& unit) const {
+        std::vector<std::string> all{"kind",      "name",      "label",    "length_mm",
+                                     "angle_deg", "radius_mm", "area_mm2", "volume_mm3",
+                                     "volume_ml", "count",     "no_data"};
         for (const Field& field : kFields)
-            columns_.emplace_back(field.name);
+            all.emplace_back(field.name);
         for (const char* name :
              {"low_x", "low_y", "low_z", "high_x", "high_y", "high_z", "centroid_x_mm",
               "centroid_y_mm", "centroid_z_mm", "sphericity", "semi_axis_1_mm", "semi_axis_2_mm",
               "semi_axis_3_mm", "axis_1", "axis_2", "axis_3", "histogram", "points_mm", "note"})
-            columns_.emplace_back(name);
-        text_ = line([](const std::string& column) { return column; });
-    }
-    void add(const std::vector<std::pair<std::string, std::string>>& fields) {
-        text_ += line([&](const std::string& column) {
-            for (const auto& [name, value] : fields)
-                if (name == column)
-                    return quoted(value);
-            return std::string();
+            all.emplace_back(name);
+        std::erase_if(all, [&](const std::string& column) { return !is_filled(column); });
+        std::string out = line(all, [&](const std::string& column) {
+            return is_of_values(column) && !unit.empty() ? column + "_" + unit : column;
         });
+        for (const auto& fields : lines_)
+            out += line(all, [&](const std::string& column) {
+                const auto found = fields.find(column);
+                return found == fields.end() ? std::string() : quoted(found->second);
+            });
+        return out;
     }
-    const std::string& text() const { return text_; }
 
  private:
-    std::string line(const std::function<std::string(const std::string&)>& field) const {
+    static bool is_of_values(const std::string& column) {
+        return std::ranges::any_of(kFields, [&](const Field& one) { return column == one.name; });
+    }
+    bool is_filled(const std::string& column) const {
+        const std::string nothing = column == "no_data" ? "0" : "";
+        return column == "kind" || column == "name" ||
+               std::ranges::any_of(lines_, [&](const auto& fields) {
+                   const auto found = fields.find(column);
+                   return found != fields.end() && !found->second.empty() &&
+                          found->second != nothing;
+               });
+    }
+    static std::string line(const std::vector<std::string>& columns,
+                            const std::function<std::string(const std::string&)>& field) {
         std::string out;
-        for (size_t i = 0; i < columns_.size(); ++i)
-            out += (i > 0 ? "," : "") + field(columns_[i]);
+        for (size_t i = 0; i < columns.size(); ++i)
+            out += (i > 0 ? "," : "") + field(columns[i]);
         return out + "\r\n";
     }
-    std::vector<std::string> columns_;
-    std::string text_;
+    std::vector<std::map<std::string, std::string>> lines_;
 };
 
 using Fields = std::vector<std::pair<std::string, std::string>>;
@@ -198,7 +219,7 @@ std::string report_csv(const MeasureReport& report) {
         }
         table.add(fields);
     }
-    return table.text();
+    return table.text(report.unit);
 }
 
 std::string ml_text(double volume_mm3) {

@@ -62,8 +62,8 @@ TEST_F(MeasureCommand, LabelsAsTextTableAndJson) {
     EXPECT_THAT(text.output, HasSubstr("label 1  2.4 ml, 1200 samples  951 +- "));
     EXPECT_THAT(text.output, HasSubstr("label 4  1.6 ml, 800 samples"));
     const ProgramRun table = measure({labels[0], labels[1], "--csv", "-"});
-    EXPECT_THAT(table.output, StartsWith("kind,name,label,length_mm"));
-    EXPECT_THAT(table.output, testing::ContainsRegex("label,,4,,,,[0-9.]+,1600,1.6,800,0,968.5,"));
+    EXPECT_THAT(table.output, StartsWith("kind,name,label,area_mm2,volume_mm3"));
+    EXPECT_THAT(table.output, testing::ContainsRegex("label,,4,[0-9.]+,1600,1.6,800,968.5,"));
     const ProgramRun said = measure(
         {labels[0], labels[1], "--csv", file("t.csv").string(), "--json", file("t.json").string()});
     EXPECT_EQ(said.exit_code, 0) << said.messages;

@@ -40,11 +40,11 @@ TEST(MeasureReport, ATableHasAnEmptyFieldForWhatIsNotDefined) {
     for (size_t at = 0, end; (end = csv.find("\r\n", at)) != csv.npos; at = end + 2)
         lines.push_back(csv.substr(at, end - at));
     ASSERT_EQ(lines.size(), 4u);
-    EXPECT_THAT(lines[0], HasSubstr("kind,name,label,length_mm,angle_deg"));
+    EXPECT_THAT(lines[0], HasSubstr("kind,name,label,length_mm,radius_mm,area_mm2"));
     EXPECT_THAT(lines[1], HasSubstr("ruler,\"a, \"\"b\"\"\",,5,,"));
-    EXPECT_THAT(lines[2], HasSubstr("sphere,sphere 2,,,,1,,4,0.004,0,0,,,,,,,,,,"));
+    EXPECT_THAT(lines[2], HasSubstr("sphere,sphere 2,,,1,,4,0.004,0,,,,,,,,,,"));
     EXPECT_THAT(lines[2], HasSubstr("no sample lies inside"));
-    EXPECT_THAT(lines[3], HasSubstr("label,kidney,7,,,,600,1500,1.5,3,0,3,"));
+    EXPECT_THAT(lines[3], HasSubstr("label,kidney,7,,,600,1500,1.5,3,3,"));
     const auto fields = [](const std::string& line) {
         size_t count = 1;
         bool in_quotes = false;
@@ -59,6 +59,27 @@ TEST(MeasureReport, ATableHasAnEmptyFieldForWhatIsNotDefined) {
     EXPECT_THAT(lines[3], HasSubstr(",1 2,"));
     for (const std::string& line : lines)
         EXPECT_EQ(fields(line), fields(lines[0])) << line;
+}
+
+// A ruler and a ball fill no column of labels, and no angle.
+TEST(MeasureReport, ATableHasColumnsThatAreFilledAndTheirUnits) {
+    MeasureReport report;
+    Measured length, ball;
+    length.length_mm = 5.0;
+    report.measures.push_back({{MeasureKind::ruler, {{0, 0, 0}, {3, 4, 0}}}, length});
+    ball.radius_mm = 1.0;
+    ball.volume_mm3 = 4.0;
+    ball.values = statistics_of({40.0f, 50.0f});
+    report.measures.push_back({{MeasureKind::sphere, {{0, 0, 0}, {1, 0, 0}}}, ball});
+    report.unit = "HU";
+    const std::string csv = report_csv(report);
+    EXPECT_EQ(csv.substr(0, csv.find("\r\n")),
+              "kind,name,length_mm,radius_mm,volume_mm3,volume_ml,count,mean_HU,sd_HU,min_HU,p5_HU,"
+              "p25_HU,median_HU,p75_HU,p95_HU,max_HU,points_mm");
+    ball.values = statistics_of({40.0f, NAN});
+    report.measures.push_back({{MeasureKind::sphere, {{0, 0, 0}, {1, 0, 0}}}, ball});
+    report.unit.clear();
+    EXPECT_THAT(report_csv(report), HasSubstr(",count,no_data,mean,sd,"));
 }
 
 TEST(MeasureReport, JsonLeavesOutWhatIsNotDefined) {
