@@ -125,7 +125,7 @@ uint32_t Sampler::shown_label(glm::dvec3 local_mm) const {
 }
 
 Tint Sampler::tint(const LocalRay& ray, double t) {
-    if (!has_labels())
+    if (!has_labels() || !(scene_.labels->ray_cast_weight > 0.0))
         return {};
     const uint32_t found = label(ray.origin_mm + t * ray.direction);
     if (found == 0)

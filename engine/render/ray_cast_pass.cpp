@@ -82,7 +82,7 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume, bool among_l
     variant.shaded = alpha && layer.shading.has_value();
     variant.light = layer.mode != RayMode::mip && layer.light.has_value();
     variant.occlusion = layer.mode == RayMode::iso && layer.occlusion_mm > 0.0;
-    variant.labels = scene.labels.has_value();
+    variant.labels = scene.labels && scene.labels->ray_cast_weight > 0.0;
     variant.slices = !scene.slices.empty() || !scene.surfaces.empty();
     variant.values = scene.value_and_depth;
     variant.no_data = volume.no_data_count() > 0;

@@ -136,7 +136,7 @@ enum class LabelEdges { smooth, voxels };
 // background: never coloured and always visible.
 struct LabelLayer {
     std::vector<LabelStyle> styles;        // by label number; labels beyond take generated colours
-    double ray_cast_weight = 0.7;          // 0 .. 1: how far labels tint the ray-cast colour
+    double ray_cast_weight = 0.7;          // 0 .. 1: how far labels tint rays; 0: none matters
     double slice_opacity = 0.4;            // 0 .. 1: of the filled overlay on slices
     double outline_px = 1.0;               // width of the outline on slices; 0 draws none
     LabelEdges edges = LabelEdges::smooth; // on slices

@@ -130,6 +130,10 @@ TEST(Labels, TintOrHideWhatIsRayCast) {
         EXPECT_NEAR(tinted.rgba.y, hidden, 1e-6);
         scene.labels->styles[1].visible = false;
         EXPECT_EQ(pixel(scene, data, {0, 0}, 0).rgba.w, 0.0);
+        // Rays that are not tinted are those of a scene without labels, whatever is hidden.
+        scene.labels->ray_cast_weight = 0.0;
+        EXPECT_NEAR(pixel(scene, data, {0, 0}, 0).rgba.x, hidden, 1e-6);
+        scene.labels->ray_cast_weight = 0.5;
     }
 }
 
