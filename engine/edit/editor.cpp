@@ -78,8 +78,8 @@ bool Editor::put(NamedVolume volume, std::string title, Json parameters, NotePag
                        std::move(spared)});
 }
 
-bool Editor::note(NotePages::Texts pages, std::string title, bool is_step) {
-    return command(Note{std::move(pages), std::move(title), is_step});
+bool Editor::note(NotePages::Texts pages, std::string title, bool is_step, bool joins) {
+    return command(Note{std::move(pages), std::move(title), is_step, joins});
 }
 
 bool Editor::remove(std::string volume) {
@@ -337,6 +337,7 @@ void Editor::finish_stroke() {
     if (keep(std::move(entry))) {
         history_->end();
         ++strokes_done_;
+        joinable_.clear();
         reach_.recorded();
     } else {
         edited() = taken_back(before, edited());
@@ -395,6 +396,7 @@ void Editor::change_to(Document next, std::string title, Json parameters, bool i
         if (is_step) {
             history_->end();
             ++strokes_done_;
+            joinable_.clear();
             reach_.recorded();
         }
         now_ = std::move(next);
@@ -431,7 +433,16 @@ void Editor::obey(Note note) {
         refusal_.clear();
         return publish();
     }
+    const bool joins = note.joins && note.is_step;
+    if (joins && joinable_ == note.title) {
+        step(true);
+        if (!refusal_.empty() || next.notes == now_.notes) // or both together change nothing
+            return;
+    }
+    const std::string title = note.title;
     change_to(std::move(next), std::move(note.title), Json::object(), note.is_step);
+    if (joins && refusal_.empty())
+        joinable_ = title;
 }
 
 void Editor::obey(Remove remove) {
@@ -488,6 +499,7 @@ void Editor::step(bool back) {
             refusal_ += undone;
         } else {
             history_->move(back);
+            joinable_.clear();
             now_ = std::move(**next);
             strokes_done_ += back ? -1 : 1;
             if (options_.journal)

@@ -152,8 +152,9 @@ class Editor {
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object(),
              NotePages::Texts notes = {}, std::vector<uint16_t> spared = {});
     // Pages of the notes change (NotePages::with()): a step, or, without one, a change that is kept
-    // and that undo passes over. Nothing happens where the notes stay what they are.
-    bool note(NotePages::Texts pages, std::string title, bool is_step = true);
+    // and that undo passes over. Nothing happens where the notes stay what they are. A step that
+    // joins takes the place of the one just before it, if that was noted so, too, under one title.
+    bool note(NotePages::Texts pages, std::string title, bool is_step = true, bool joins = false);
     bool remove(std::string volume); // a step, too; the last volume stays
 
     // From its turn on entries go to another journal, and undo beyond it is kept as a difference.
@@ -196,7 +197,7 @@ class Editor {
     struct Note {
         NotePages::Texts pages;
         std::string title;
-        bool is_step;
+        bool is_step, joins;
     };
     struct Remove {
         std::string name;
@@ -288,6 +289,7 @@ class Editor {
     uint64_t published_ = 0, commands_done_ = 0;
     std::optional<Volume> before_command_; // EditState
     size_t strokes_done_ = 0;
+    std::string joinable_;           // the title of the newest step, if another one may join it
     bool stroke_met_spared_ = false; // the stroke under way, and it is counted
     size_t met_spared_ = 0;          // EditState
     uint16_t spared_label_ = 0;      // likewise

@@ -74,8 +74,8 @@ class Session {
         return editor_.put(std::move(volume), std::move(title), std::move(parameters),
                            std::move(notes), std::move(spared));
     }
-    bool note(NotePages::Texts pages, std::string title, bool is_step = true) {
-        return editor_.note(std::move(pages), std::move(title), is_step);
+    bool note(NotePages::Texts pages, std::string title, bool is_step = true, bool joins = false) {
+        return editor_.note(std::move(pages), std::move(title), is_step, joins);
     }
     bool remove(std::string volume) { return editor_.remove(std::move(volume)); }
     // See Editor. It comes to its turn at the end of a stroke under way; without threads a stroke
