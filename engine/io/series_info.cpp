@@ -5,8 +5,10 @@
 namespace palpate {
 
 std::string series_line(const SeriesInfo& series) {
-    return fmt::format("series {} of {}: {} '{}', {}, {}{}", series.number, series.count,
-                       series.modality, series.description, series.content, series.uid,
+    const std::string description =
+        series.description.empty() ? "" : fmt::format(" '{}'", series.description);
+    return fmt::format("series {} of {}: {}{}, {}, {}{}", series.number, series.count,
+                       series.modality, description, series.content, series.uid,
                        series.is_read ? " (read)" : "");
 }
 

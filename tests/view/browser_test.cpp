@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "engine/volume/builder.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewer_fixture.h"
 
@@ -93,6 +94,37 @@ TEST_F(BrowserTest, OtherFilesAreListedWhenAllAreWanted) {
     EXPECT_FALSE(has("browser/notes.txt"));
     press("browser/all");
     EXPECT_TRUE(has("browser/notes.txt"));
+}
+
+// After a moment, and of one file: the one that is pointed at.
+TEST_F(BrowserTest, AFileThatIsPointedAtHasItsPicture) {
+    set_beside([](const std::string& path, bool) -> Result<LoadedVolume> {
+        if (!path.ends_with("mr.nii"))
+            return fail("{}: not read here", path);
+        return LoadedVolume{make_volume(make_grid({4, 4, 4}, {1, 1, 1}), ScalarType::u8,
+                                        [](glm::uvec3 at) { return 60.0 * at.x; }),
+                            {},
+                            {},
+                            "MR",
+                            {},
+                            {}};
+    });
+    open("synthetic:phantom?size=24", {1000, 700});
+    browse_for_labels();
+    const auto point_at = [&](const std::string& name) {
+        const Box box = viewer().interface().widgets().at("browser/" + name);
+        move(glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px));
+        for (int i = 0; i < 4; ++i)
+            frame({});
+    };
+    EXPECT_FALSE(has("browser/preview"));
+    point_at("mr.nii");
+    EXPECT_TRUE(has("browser/preview"));
+    point_at("ct_head.nii.gz"); // cannot be read
+    EXPECT_FALSE(has("browser/preview"));
+    key("escape");
+    frame({});
+    EXPECT_FALSE(state().browser_open);
 }
 
 TEST_F(BrowserTest, UpAndAPlaceChangeTheFolder) {

@@ -83,13 +83,15 @@ TEST(EntryOrders, FoldersStayFirst) {
 TEST(ListedEntries, HoldAPartOfAName) {
     const std::vector<BrowserEntry> all{{"CT", true},  {"head_ct.nii.gz"}, {"notes.txt"},
                                         {"IM0001"},    {"ct.001"},         {"1.2.840.113"},
-                                        {"Scan.NRRD"}, {"ct.pdf"},         {"thesis.doc"}};
+                                        {"Scan.NRRD"}, {"ct.pdf"},         {"thesis.doc"},
+                                        {"ct_1.png"},  {"ct_2.PNG"}};
     using ::testing::ElementsAre;
     EXPECT_THAT(listed_entries(all, "", false), ElementsAre(0, 1, 3, 4, 5, 6));
-    EXPECT_THAT(listed_entries(all, "", true), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
+    EXPECT_THAT(listed_entries(all, "", true), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10));
     EXPECT_THAT(listed_entries(all, "ct", false), ElementsAre(0, 1, 4));
-    EXPECT_THAT(listed_entries(all, "CT", true), ElementsAre(0, 1, 4, 7));
+    EXPECT_THAT(listed_entries(all, "CT", true), ElementsAre(0, 1, 4, 7, 9, 10));
     EXPECT_TRUE(listed_entries(all, "quux", true).empty());
+    EXPECT_EQ(count_pictures(all), 2u);
 }
 
 TEST_F(Files, PlacesAreThoseThatAreThereOnce) {

@@ -280,7 +280,10 @@ TEST(Interaction, KeysDoWhatTheHelpSays) {
     TestHand hand{subject};
     hand.key("2");
     EXPECT_EQ(hand.state.window, (GreyWindow{-1000.0, 3000.0}));
-    hand.key("9"); // there is none
+    hand.key("9"); // there is none, which a person is told
+    EXPECT_EQ(hand.orders,
+              std::vector<Order>{order::Tell{"window 9: this volume has windows 1 to 2"}});
+    hand.orders.clear();
     EXPECT_EQ(hand.state.window, (GreyWindow{-1000.0, 3000.0}));
     hand.key("/", {.shift = true});
     EXPECT_TRUE(hand.state.help_open);

@@ -122,7 +122,43 @@ const RecordedSteps kSessions[] = {
      R"({"locked_labels": [], "redo_steps": 1, "message": "undone: label locks"})"},
     {"label_hidden_and_undone",
      "section labels; widget labels/visible/1; hold ctrl; key z; let ctrl; idle",
-     R"({"label_styles": {"1": {"visible": true}}, "message": "undone: looks of labels"})"},
+     R"({"label_styles": {"1": {"visible": true}}, "message": "undone: labels shown or hidden"})"},
+    {"labels_looked_at_one_after_the_other_are_one_step",
+     "key b; at axial 10 20; click left; section labels; widget labels/new; idle; widget "
+     "labels/one; "
+     "idle; widget labels/visible/1; idle; widget labels/visible/2; idle",
+     R"({"label_styles": {"1": {"visible": true}, "2": {"visible": false}}, "undo_steps": 2,
+         "steps": ["draw 1 on labels", "labels shown or hidden"]})"},
+    {"one_undo_takes_all_of_the_looking_back",
+     "key b; at axial 10 20; click left; section labels; widget labels/new; idle; widget "
+     "labels/one; "
+     "idle; widget labels/visible/1; idle; widget labels/visible/2; idle; hold ctrl; key z; let "
+     "ctrl; idle",
+     R"({"label_styles": {"1": {"visible": true}, "2": {"visible": true}}, "undo_steps": 1})"},
+    {"see_one_and_see_all_leave_no_step",
+     "key b; at axial 10 20; click left; section labels; widget labels/new; idle; widget "
+     "labels/one; "
+     "idle; widget labels/all; idle; hold ctrl; key z; let ctrl; idle",
+     R"({"label_counts": {"1": null}, "undo_steps": 0})"},
+    {"a_stroke_between_keeps_them_apart",
+     "section labels; widget labels/visible/1; idle; key b; at axial 10 20; click left; idle; "
+     "widget "
+     "labels/visible/1; idle",
+     R"({"undo_steps": 3, "label_counts": {"1": 1}})"},
+    {"the_window_closes_by_a_key", "hold ctrl; key q; let ctrl", R"({"leaving": ""})"},
+    {"the_key_that_closes_asks_before_edits_are_lost",
+     "key b; at axial 10 20; click left; hold ctrl; key q; let ctrl", R"({"leaving": "close"})"},
+    {"no_key_counts_while_it_is_asked",
+     "key b; at axial 10 20; click left; hold ctrl; key q; let ctrl; key m",
+     R"({"leaving": "close", "tool": {"hand": "draw"}})"},
+    {"a_window_that_is_not_there_says_so", "key 7",
+     R"({"message": "window 7: this volume has windows 1 to 6"})"},
+    {"labels_that_are_not_there_say_so", "key a",
+     R"({"message": "no labels are there yet: draw some (B), or open a file of them"})"},
+    {"paging_beside_a_slice_says_what_it_needs", "at 3d 0 0; key up",
+     R"({"message": "Up and Down go through the slice under the pointer: point at one"})"},
+    {"a_key_without_a_meaning_says_so", "key '",
+     R"({"message": "' does nothing: ? lists all keys"})"},
     {"label_unlocked", "section labels; widget labels/lock/1; widget labels/lock/1",
      R"({"locked_labels": []})"},
     {"locked_label_is_not_added_to",

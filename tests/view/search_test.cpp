@@ -96,6 +96,23 @@ TEST_F(SearchTest, TheWheelScrollsAwayFromWhatWasFound) {
     }
 }
 
+// The first Enter shows the widget, and the second one does what a click on it does.
+TEST_F(SearchTest, EnterTwicePresses) {
+    open("synthetic:phantom?size=24", {1280, 720});
+    find("crop box");
+    EXPECT_TRUE(state().notes.clip_planes.empty());
+    key("enter");
+    frame({});
+    EXPECT_EQ(state().notes.clip_planes.size(), 6u);
+    key("enter"); // and no more than once
+    frame({});
+    EXPECT_EQ(state().notes.clip_planes.size(), 6u);
+    find("light colours");
+    key("enter");
+    frame({});
+    EXPECT_TRUE(state().light);
+}
+
 TEST_F(SearchTest, OneEscapeClosesIt) {
     open("synthetic:phantom?size=24");
     ask("dra");
@@ -237,7 +254,7 @@ TEST_F(SearchTest, EachWidgetHasAnExplanation) {
                 unexplained.insert(id);
     }
     // Those whose own tooltip or text says it.
-    for (const char* id : {"file/figure", "file/zero_hu", "labels/export"})
+    for (const char* id : {"file/figure", "file/zero_hu", "labels/export", "segment/how"})
         unexplained.erase(id);
     for (const auto& setting : haptics::kTouchSettings)
         if (setting.use.slider.label)

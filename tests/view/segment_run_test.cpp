@@ -13,6 +13,18 @@
 namespace palpate::view {
 namespace {
 
+TEST(SegmentTimes, AreThoseOfTheLastRunForSoManySamples) {
+    SegmentTimes times;
+    EXPECT_EQ(times.expected_s("no such method", 1000), 0.0);
+    const double at_first = times.expected_s("random-walker", 1000000);
+    EXPECT_GT(at_first, times.expected_s("threshold", 1000000));
+    EXPECT_EQ(times.expected_s("random-walker", 2000000), 2.0 * at_first);
+    times.note("random-walker", 500, 4.0);
+    EXPECT_EQ(times.expected_s("random-walker", 1000), 8.0);
+    times.note("random-walker", 0, 4.0); // says nothing
+    EXPECT_EQ(times.expected_s("random-walker", 1000), 8.0);
+}
+
 // There are two objects: the one that met its boundary is there; the bound is for the other alone.
 TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
     const Grid grid = make_grid({64, 32, 32}, {1, 1, 1});

@@ -105,6 +105,24 @@ TEST_F(Segmentation, PutsTheMethodsResultIntoTheLabelsAsOneStep) {
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), 0u);
 }
 
+// Also after a person has given the label another one, and where the label itself is hidden.
+TEST_F(Segmentation, SeedsHaveTheColourOfTheirLabel) {
+    paint_seeds();
+    paint_outside();
+    Session& session = viewer().work().session();
+    const NotePages before = session.state().document.notes;
+    Notes notes = notes_of(before).value();
+    for (const uint32_t label : {1u, uint32_t{kOutsideSeed}})
+        set_style(notes, label, {{0.125, 0.25, 0.5}, false});
+    session.note(changes_between(before, pages_of(notes)), "looks of labels");
+    for (int i = 0; i < 3; ++i)
+        frame({});
+    const LabelLayer seeds = session.scene().overlay.value();
+    EXPECT_EQ(style_of(seeds, 1).color, glm::dvec3(0.125, 0.25, 0.5));
+    EXPECT_TRUE(style_of(seeds, 1).visible);
+    EXPECT_EQ(style_of(seeds, kOutsideSeed), style_of(LabelLayer{}, kOutsideSeed));
+}
+
 // Seeds of what is no object keep the front out of it, and are no label themselves.
 TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     paint_seeds();

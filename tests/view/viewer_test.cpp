@@ -176,6 +176,50 @@ TEST_F(ViewerTest, AStrokeAppearsInSlicesAndInTheVolume) {
     }
 }
 
+// A label that is hidden is not drawn, and the grey values under it are.
+TEST_F(ViewerTest, HiddenLabelsTakeNothingAwayIn3D) {
+    set_beside([this](const std::string&, bool) {
+        return Result<LoadedVolume>(
+            LoadedVolume{make_volume(grid(), ScalarType::u8, [](glm::uvec3) { return 1.0; }),
+                         {},
+                         {},
+                         {},
+                         {},
+                         {}});
+    });
+    open();
+    key("h");
+    move(glm::dvec2(1.0));
+    const Image before = viewer().shot().value();
+    show("labels");
+    click_widget("labels/open");
+    frame({});
+    frame({{.kind = Event::Kind::text, .text = "/map.nii"}});
+    frame({});
+    key("enter");
+    frame({});
+    const auto mean_difference = [&] { // of the 3D view's colours
+        move(glm::dvec2(1.0));
+        frame({}, 60.0); // messages have been read
+        const Image after = viewer().shot().value();
+        const Box box = box_of(state(), Panel::volume).value();
+        double sum = 0.0;
+        for (int y = 0; y < box.size_px.y; ++y)
+            for (int x = 0; x < box.size_px.x; ++x)
+                for (size_t c = 0; c < 3; ++c) {
+                    const glm::uvec2 p(box.low_px + glm::ivec2(x, y));
+                    sum += std::abs(double{before.at(p.x, p.y, c)} - after.at(p.x, p.y, c));
+                }
+        return sum / (3.0 * box.size_px.x * box.size_px.y);
+    };
+    ASSERT_TRUE(viewer().work().has_labels());
+    EXPECT_GT(mean_difference(), 0.02); // the label's surface hides all of the volume
+    click_widget("labels/visible/1");
+    frame({});
+    // Rays that end at surfaces are another kernel: half a step of a byte, for each colour.
+    EXPECT_LT(mean_difference(), 0.5 / 255.0);
+}
+
 TEST_F(ViewerTest, TheSameInputGivesTheSamePictureAndDocument) {
     std::vector<std::vector<float>> pictures;
     std::vector<std::string> states;
@@ -207,7 +251,8 @@ TEST_F(ViewerTest, ACtThatIsStoredWithAnOffsetIsTold) {
     EXPECT_TRUE(viewer().interface().widgets().count("file/zero_hu"));
 }
 
-// The values here run from air to bone at least, and no file says what they are.
+// The values here run from air to bone at least, and no file says what they are. The default window
+// of two values shows all of them, and of equal ones one is listed.
 TEST_F(ViewerTest, WindowsOfACtAreOfferedWhereValuesMayBeHu) {
     const auto names_of = [&](double low, double high, const char* modality) {
         Source source{open_synthetic("synthetic:ball?size=24")};
@@ -218,12 +263,32 @@ TEST_F(ViewerTest, WindowsOfACtAreOfferedWhereValuesMayBeHu) {
         open_scene(std::move(source), {800, 600});
         return viewer().work().subject().window_names;
     };
-    EXPECT_EQ(names_of(-1000, 700, "").size(), 7u);
-    EXPECT_EQ(names_of(-1000, 700, "")[2], "CT soft tissue");
-    EXPECT_EQ(names_of(-1000, 700, "MR").size(), 2u);
+    EXPECT_EQ(names_of(-1000, 700, "").size(), 6u);
+    EXPECT_EQ(names_of(-1000, 700, "")[1], "CT soft tissue");
+    EXPECT_EQ(names_of(-1000, 700, "MR").size(), 1u);
     EXPECT_EQ(names_of(-1000, 200, "").size(), 2u);
-    EXPECT_EQ(names_of(0, 3000, "").size(), 2u);
+    EXPECT_EQ(names_of(0, 3000, "").size(), 1u);
     EXPECT_EQ(names_of(0, 3000, "CT").size(), 6u);
+}
+
+// Two rows with one window would both look chosen.
+TEST_F(ViewerTest, NoWindowIsListedTwice) {
+    Source source{open_synthetic("synthetic:ball?size=24")};
+    source.scene.loaded.modality.clear();
+    // A fifth air, the rest soft tissue and some bone: values like those of a CT, whose default is
+    // the window of soft tissue.
+    source.scene.loaded.data.volume =
+        make_volume(make_grid({24, 24, 24}, {1, 1, 1}), ScalarType::f32, [](glm::uvec3 i) {
+            return i.x < 5    ? -1000.0
+                   : i.x < 22 ? -60.0 + 5.0 * ((i.x + 2 * i.y + 3 * i.z) % 30)
+                              : 700.0 + 20.0 * (i.y % 20);
+        });
+    open_scene(std::move(source), {800, 600});
+    const Subject& subject = viewer().work().subject();
+    EXPECT_EQ(subject.window_names.front(), "CT soft tissue");
+    for (size_t i = 0; i < subject.windows.size(); ++i)
+        for (size_t j = 0; j < i; ++j)
+            EXPECT_NE(subject.windows[i], subject.windows[j]) << subject.window_names[i];
 }
 
 TEST(SeriesPreviews, APreviewIsFittedByItsSizeInMm) {
@@ -301,6 +366,9 @@ TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
     const SeriesInfo& first = viewer().work().series()[0];
     EXPECT_EQ(series_text(first, false), "CT 'o' brain', 2 images of', 9 images of 8 x 8");
     EXPECT_EQ(series_text(first, true), "CT, 9 images of 8 x 8");
+    SeriesInfo nameless = first;
+    nameless.description.clear();
+    EXPECT_EQ(series_text(nameless, false), "CT, 9 images of 8 x 8");
 }
 
 TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {

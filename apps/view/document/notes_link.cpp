@@ -1,5 +1,7 @@
 #include "apps/view/document/notes_link.h"
 
+#include <algorithm>
+
 namespace palpate::view {
 
 namespace {
@@ -16,6 +18,21 @@ const char* title_of(const NotePages::Texts& changes) {
         if (changes.contains(page))
             return title;
     return "notes";
+}
+
+// Whether nothing but what is seen of labels changes: looking at one after the other is one step.
+bool changes_sight_alone(const Notes& before, const Notes& after) {
+    const auto is_as_before = [&](const auto& styled) {
+        LabelStyle was = style_of(before, styled.first), is = style_of(after, styled.first);
+        was.visible = is.visible;
+        return was == is;
+    };
+    Notes same = before;
+    same.window = after.window;
+    same.label_styles = after.label_styles;
+    return same == after && before.label_styles != after.label_styles &&
+           std::ranges::all_of(before.label_styles, is_as_before) &&
+           std::ranges::all_of(after.label_styles, is_as_before);
 }
 
 // A thing that a hand has chosen may be gone.
@@ -56,10 +73,12 @@ void NotesLink::keep(const Notes& notes) {
     NotePages::Texts steps = changes_to(notes), others;
     if (auto window = steps.extract(kWindow))
         others.insert(std::move(window));
+    const bool joins = changes_sight_alone(known_, notes);
     for (const auto& [pages, is_step] : {std::pair(&others, false), {&steps, true}}) {
         if (pages->empty())
             continue;
-        if (!session_->note(*pages, title_of(*pages), is_step))
+        const char* const title = joins && is_step ? "labels shown or hidden" : title_of(*pages);
+        if (!session_->note(*pages, title, is_step, joins))
             return; // too many commands at once: with one of the next frames
         pages_ = pages_.with(*pages);
         command_ = session_->commands_given();

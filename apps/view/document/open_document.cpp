@@ -52,6 +52,7 @@ OpenDocument::OpenDocument(Source& source, glm::uvec2 window_px, double text_sca
         const float value = value_at(grey_, point_mm).value_or(NAN);
         return std::isnan(value) ? std::nullopt : std::optional<double>(value);
     };
+    subject_.has_labels = [this] { return has_labels(); };
     subject_.label_at = [this](glm::dvec3 point_mm) {
         return static_cast<uint16_t>(value_at(labels_, point_mm).value_or(0.0f));
     };

@@ -93,6 +93,17 @@ bool seems_hu(const ValueRange& range) {
     return range.min <= -900.0f && range.max >= 300.0f;
 }
 
+// Of equal ones the first stays, with the name that says more, which is that of a later one.
+void list_once(std::vector<GreyWindow>& windows, std::vector<std::string>& names) {
+    for (size_t i = 0; i < windows.size(); ++i)
+        for (size_t j = windows.size() - 1; j > i; --j)
+            if (windows[i] == windows[j]) {
+                names[i] = names[j];
+                windows.erase(windows.begin() + static_cast<ptrdiff_t>(j));
+                names.erase(names.begin() + static_cast<ptrdiff_t>(j));
+            }
+}
+
 // 1 .. 9: for a CT its usual windows, for others the default one; then all values; then the usual
 // ones of a CT where no file says what the values are and they may be HU.
 void add_windows(Subject& subject, const LoadedScene& loaded) {
@@ -127,6 +138,7 @@ void add_windows(Subject& subject, const LoadedScene& loaded) {
         if (loaded.modality.empty() && seems_hu(subject.range))
             add_usual("CT ");
     }
+    list_once(subject.windows, subject.window_names);
 }
 
 // Takes back all steps that came with a document, and does them again; the grey values between.

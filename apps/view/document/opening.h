@@ -15,6 +15,7 @@ struct Source {
     std::optional<Project::Opened> project{}; // whose volumes the scene shows
     std::optional<KeptSteps> steps{};         // of what is no project
     std::optional<Volume> first_grey{};       // before all steps that came with it; by setup_of()
+    bool fits_as_labels = false;              // numbers of labels, for the volume that was open
 };
 
 // A session's beginning; takes the project's setup and the steps out of the source. The document

@@ -38,6 +38,7 @@ const char* name_of(const Order& order) {
     };
     const Overloaded window{
         [](const order::Open&) { return "open"; },
+        [](const order::OpenRead&) { return "open"; },
         [](const order::OpenLast&) { return "open"; },
         [](const order::OpenLabels&) { return "open labels"; },
         [](const order::OpenFused&) { return "open beside"; },

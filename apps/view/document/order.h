@@ -113,6 +113,7 @@ struct OpenFused { // another volume, in colour over the slices
     std::string path{};
     bool operator==(const OpenFused&) const = default;
 };
+struct OpenRead : Bare {}; // the label map about which a person was asked, by itself
 struct OpenLast : Bare {}; // the document that was opened before this one
 struct CancelOpening : Bare {};
 struct Close : Bare {};
@@ -148,10 +149,11 @@ using DocumentOrder = std::variant<
     order::DropMesh, order::PullDown, order::PullMove, order::PullUp, order::PullCancel>;
 
 // All: the window obeys the others itself, and asks where to before it passes on a save.
-using Order = std::variant<order::Open, order::OpenLast, order::OpenLabels, order::OpenFused,
-                           order::CancelOpening, order::Close, order::Leave, order::TakePicture,
-                           order::PrintFigure, order::StopFigure, order::RecordScript,
-                           order::PlayScript, order::StopScript, order::Save, DocumentOrder>;
+using Order =
+    std::variant<order::Open, order::OpenRead, order::OpenLast, order::OpenLabels, order::OpenFused,
+                 order::CancelOpening, order::Close, order::Leave, order::TakePicture,
+                 order::PrintFigure, order::StopFigure, order::RecordScript, order::PlayScript,
+                 order::StopScript, order::Save, DocumentOrder>;
 using ScriptOrder = std::variant<order::RecordScript, order::PlayScript, order::StopScript>;
 
 // For a person, of one that failed: "undo".

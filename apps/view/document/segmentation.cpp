@@ -24,6 +24,17 @@ Result<Volume> seeds_by_label(const Volume& seeds) {
     });
 }
 
+// Seeds have the colours of their labels, and are seen where these are hidden. Those outside have a
+// colour of their own.
+std::vector<LabelStyle> seed_styles(const std::optional<LabelLayer>& labels) {
+    std::vector<LabelStyle> styles = labels ? labels->styles : std::vector<LabelStyle>();
+    for (LabelStyle& style : styles)
+        style.visible = true;
+    if (styles.size() > kOutsideSeed)
+        styles[kOutsideSeed] = style_of(LabelLayer{}, kOutsideSeed);
+    return styles;
+}
+
 bool has_samples(const std::optional<Volume>& map) {
     return map && map->range().max > 0.0f;
 }
@@ -50,8 +61,11 @@ void Segmentation::show(const ViewState& state) {
         session.choose(std::move(sources));
     }
     Scene scene = session.scene();
-    if (has_seeds && !scene.overlay)
-        scene.overlay = LabelLayer{};
+    if (has_seeds) {
+        if (!scene.overlay)
+            scene.overlay = LabelLayer{};
+        scene.overlay->styles = seed_styles(scene.labels);
+    }
     if (!previews) {
         scene.fusion = document_.fusion();
     } else {
@@ -92,6 +106,17 @@ std::optional<SegmentJob::Region> kept_samples(const Grid& grid,
                             glm::ivec3(glm::floor(glm::min(high, last) + kOn))};
     const bool has_any = low.x <= high.x && glm::all(glm::lessThanEqual(kept.low, kept.high));
     return has_any ? std::optional(kept) : std::nullopt;
+}
+
+double Segmentation::expected_s(const ViewState& state) const {
+    const Grid& grid = document_.subject().grid;
+    uint64_t samples = sample_count(grid);
+    if (state.segmenting.in_box && !state.notes.clip_planes.empty())
+        if (const auto kept = kept_samples(grid, state.notes.clip_planes)) {
+            const glm::u64vec3 size(kept->high - kept->low + 1);
+            samples = size.x * size.y * size.z;
+        }
+    return times_.expected_s(state.segmenting.method, samples);
 }
 
 std::optional<double> Segmentation::share() const {
@@ -152,6 +177,7 @@ void Segmentation::stop() {
 void Segmentation::run(SegmentJob job) {
     if (!job.again && !job.ready)
         job.kept = std::exchange(kept_run_, nullptr);
+    began_ = std::chrono::steady_clock::now();
     run_ = std::make_unique<SegmentRun>(std::move(job), document_.threaded());
     poll();
 }
@@ -202,8 +228,16 @@ void Segmentation::poll() {
     if (ended->kept())
         kept_run_ = ended->kept();
     look_.reset();
+    const SegmentJob& job = ended->job();
+    // A script is a function of its input, whatever the time.
+    if (*taken && document_.threaded() && !job.again && !job.ready) {
+        const glm::u64vec3 size(job.region ? glm::uvec3(job.region->high - job.region->low + 1)
+                                           : job.volume.size());
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began_;
+        times_.note(job.method->name, size.x * size.y * size.z, took.count());
+    }
     if (*taken)
-        take(ended->job(), std::move(**taken));
+        take(job, std::move(**taken));
     else
         document_.tell(taken->error().message);
 }

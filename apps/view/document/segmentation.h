@@ -9,6 +9,7 @@
 #include "apps/view/document/hand_link.h"
 #include "apps/view/document/open_document.h"
 #include "apps/view/document/segment_run.h"
+#include "apps/view/document/segment_times.h"
 #include "apps/view/document/wire_tracer.h"
 
 namespace palpate::view {
@@ -34,6 +35,8 @@ class Segmentation {
     // After the document's bound has become another, as by undo.
     void follow_bound();
 
+    // How long the method that the state names will take, in seconds.
+    double expected_s(const ViewState& state) const;
     std::optional<double> share() const; // of the run, 0 .. 1; none is under way
     // The last method with a strength left this behind: a person may bound its objects anew.
     const std::optional<Strength>& strength() const { return strength_; }
@@ -52,7 +55,9 @@ class Segmentation {
     WireTracer wire_;
     std::unique_ptr<SegmentRun> run_;
     std::shared_ptr<KeptRun> kept_run_; // of the last run, for the next with other seeds
-    std::optional<Volume> look_;        // what the run has come to
+    SegmentTimes times_;
+    std::chrono::steady_clock::time_point began_{}; // the run
+    std::optional<Volume> look_;                    // what the run has come to
     std::optional<Strength> strength_;
     std::deque<Strength> kept_; // of steps, that undo and redo may come back to; the newest last
     std::map<std::string, ParameterValues> found_; // by method

@@ -44,9 +44,9 @@ void Work::watch(const ViewState& state) {
 }
 
 std::string series_text(const SeriesInfo& series, bool names_hidden) {
-    const std::string description = fmt::format(" '{}'", series.description);
-    return fmt::format("{}{}, {}", series.modality, names_hidden ? "" : description,
-                       series.content);
+    const bool has_words = !names_hidden && !series.description.empty();
+    return fmt::format("{}{}, {}", series.modality,
+                       has_words ? fmt::format(" '{}'", series.description) : "", series.content);
 }
 
 Message said_of(const LoadedScene& loaded, const std::string& path, const std::string& title) {
@@ -82,6 +82,7 @@ void Work::export_measures(const ViewState& state, const std::string& path) {
         return;
     }
     MeasureReport report;
+    report.unit = unit();
     for (const Measure& one : state.notes.measures) {
         std::optional<Measured> now = measured(one);
         if (!now) {

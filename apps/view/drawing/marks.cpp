@@ -250,8 +250,12 @@ void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel pane
         }
         marks.notes(picture);
     }
+    constexpr double kLong_s = 0.5; // most pictures come sooner
     if (!picture.there)
         write(list, low + 0.5 * size, {0.5, 0.5}, "drawing ..");
+    else if (picture.waited_s > kLong_s)
+        marks.put_free(low + 0.5 * size, {0.5, 0.5},
+                       {fmt::format("drawing .. {:.0f} s", std::ceil(picture.waited_s))}, 1);
     list.PopClipRect();
 }
 

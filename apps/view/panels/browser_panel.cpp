@@ -8,7 +8,7 @@
 #include <ctime>
 #include <filesystem>
 
-#include "apps/view/panels/panels.h"
+#include "apps/view/panels/interface.h"
 #include "apps/view/panels/widgets.h"
 
 namespace palpate::view {
@@ -84,7 +84,30 @@ std::string sought(const Browser& panel) {
 
 struct Choice { // of a frame
     fs::path folder{}, file{};
+    std::string pointed{}; // the file under the pointer
 };
+
+// The whole name of a row's file, and its picture once it is there.
+void draw_file_tip(Widgets& ui, const std::string& name, const std::string& path,
+                   const FilePreview& preview) {
+    ImGui::BeginTooltip();
+    ImGui::TextUnformatted(name.c_str());
+    using State = SeriesPreviews::State;
+    if (preview.picture && preview.path == path) {
+        const State is = preview.picture->state(0);
+        constexpr auto kSide = static_cast<float>(SeriesPreviews::kSide_px);
+        const glm::vec2 share = kSide / glm::vec2(preview.picture->size_px());
+        if (is == State::there) {
+            ImGui::Image(
+                reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(Interface::kFileTexture)),
+                {2.0f * kSide, 2.0f * kSide}, {0.0f, 0.0f}, {share.x, share.y});
+            ui.note("browser/preview");
+        } else {
+            ImGui::TextDisabled("%s", is == State::waiting ? "reading .." : "no picture");
+        }
+    }
+    ImGui::EndTooltip();
+}
 
 void draw_places(Widgets& ui, const Browser& panel, Choice& choice) {
     for (size_t i = 0; i < panel.places.size(); ++i) {
@@ -120,7 +143,8 @@ void draw_heads(Widgets& ui, Browser& panel) {
     }
 }
 
-void draw_entries(Widgets& ui, Browser& panel, bool names, Choice& choice) {
+void draw_entries(Widgets& ui, Browser& panel, bool names, const FilePreview& preview,
+                  Choice& choice) {
     const std::vector<size_t> listed =
         listed_entries(panel.entries, names ? "" : sought(panel), panel.all_files || names);
     if (!ImGui::BeginTable(
@@ -145,8 +169,11 @@ void draw_entries(Widgets& ui, Browser& panel, bool names, Choice& choice) {
             const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x);
             const bool chosen =
                 ImGui::Selectable(shown.c_str(), false, ImGuiSelectableFlags_SpanAllColumns);
-            if (shown != name && ImGui::IsItemHovered())
-                ImGui::SetTooltip("%s", name.c_str());
+            if (ImGui::IsItemHovered() && (shown != name || (!entry.is_folder && !names))) {
+                const std::string path = (fs::path(panel.folder) / entry.name).string();
+                choice.pointed = entry.is_folder || names ? "" : path;
+                draw_file_tip(ui, name, path, preview);
+            }
             ui.note(fmt::format("browser/{}", entry.name));
             if (chosen) {
                 const fs::path path = fs::path(panel.folder) / entry.name;
@@ -199,8 +226,9 @@ const char* title_of(Browsing browsing) {
 } // namespace
 
 void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& recent,
-                  ViewState& state) {
+                  const FilePreview& preview, ViewState& state) {
     const bool begins = !std::exchange(panel.was_open, state.browser_open);
+    state.pointed_file.clear();
     if (!state.browser_open)
         return;
     const bool names = state.browsing == Browsing::name;
@@ -239,19 +267,32 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
         choice.file = names ? typed_path(panel) : fs::path(panel.folder);
     if (!panel.error.empty())
         ImGui::TextColored(rgb_color(theme_of(state.light).danger), "%s", panel.error.c_str());
+    if (const size_t pictures = count_pictures(panel.entries); !names && pictures > 1) {
+        hint(fmt::format("{} pictures lie here: \"open this folder\" reads them as the slices of a "
+                         "volume",
+                         pictures)
+                 .c_str());
+        ui.note("browser/pictures");
+    }
     const float room = ImGui::GetContentRegionAvail().x;
     if (ImGui::BeginChild("places", ImVec2(0.22f * room, 0.0f)))
         draw_places(ui, panel, choice);
     ImGui::EndChild();
     ImGui::SameLine();
     if (ImGui::BeginChild("list"))
-        draw_entries(ui, panel, names, choice);
+        draw_entries(ui, panel, names, preview, choice);
     ImGui::EndChild();
     ImGui::End();
     if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) {
         state.browser_open = false;
         return;
     }
+    if (choice.pointed != panel.pointed)
+        panel.pointed_s = ui.time_s;
+    panel.pointed = choice.pointed;
+    constexpr double kPointed_s = 0.4; // a pointer that passes asks for nothing
+    if (ui.time_s - panel.pointed_s >= kPointed_s)
+        state.pointed_file = panel.pointed;
     if (!choice.folder.empty()) {
         browse(panel, choice.folder);
         if (!names)

@@ -56,12 +56,12 @@ void draw_choices(Widgets& ui, ExportSetup& setup, const ViewState& state, Work&
     }
     ui.note("export/of");
     ui.check("largest piece only", "export/largest", setup.made.pieces.largest_only);
-    if (!setup.made.pieces.largest_only) {
-        double least_ml = 1e-3 * setup.made.pieces.least_mm3;
-        if (slide("at least", least_ml, 0.0, 100.0, least_ml > 0.0 ? "%.3g ml" : "all", true))
-            setup.made.pieces.least_mm3 = 1e3 * least_ml;
-        ui.note("export/least");
-    }
+    ImGui::BeginDisabled(setup.made.pieces.largest_only); // and the rows below stay where they are
+    double least_ml = 1e-3 * setup.made.pieces.least_mm3;
+    if (slide("at least", least_ml, 0.0, 100.0, least_ml > 0.0 ? "%.3g ml" : "all", true))
+        setup.made.pieces.least_mm3 = 1e3 * least_ml;
+    ui.note("export/least");
+    ImGui::EndDisabled();
     ImGui::BeginDisabled(state.notes.clip_planes.empty());
     ui.check("cut as in 3D", "export/cut", setup.is_cut);
     ImGui::EndDisabled();

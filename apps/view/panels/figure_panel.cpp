@@ -9,6 +9,15 @@
 
 namespace palpate::view {
 
+namespace {
+
+// How long a single picture has been drawn: nobody knows its share.
+std::string drawing_text(Widgets& ui, const std::string& id) {
+    return fmt::format("drawing the figure, {:.0f} s ..", ui.seconds_since_begun(id));
+}
+
+} // namespace
+
 void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
     FigureSetup& figure = state.figure;
     choose<Panel>(ui, "figure/panel", "of", figure.panel,
@@ -19,15 +28,15 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
     if (ImGui::InputInt2(named("pixels").c_str(), &figure.size_px.x))
         figure.size_px = glm::clamp(figure.size_px, 16, FigureSetup::kMost_px);
     ui.note("figure/size");
-    if (figure.panel == Panel::volume) {
-        if (ImGui::InputInt(named("round in").c_str(), &figure.pictures))
-            figure.pictures = std::clamp(figure.pictures, 1, FigureSetup::kMostPictures);
-        if (ImGui::IsItemHovered())
-            ImGui::SetTooltip("%s",
-                              "pictures of a camera that goes round once, numbered or as an .mp4;"
-                              " 1: the view as it is");
-        ui.note("figure/pictures");
-    }
+    ImGui::BeginDisabled(figure.panel != Panel::volume); // slices do not turn; rows stay in place
+    if (ImGui::InputInt(named("turntable").c_str(), &figure.pictures))
+        figure.pictures = std::clamp(figure.pictures, 1, FigureSetup::kMostPictures);
+    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+        ImGui::SetTooltip("%s",
+                          "pictures of a camera that goes round once in 3D, numbered or as an .mp4;"
+                          " 1: the view as it is");
+    ui.note("figure/pictures");
+    ImGui::EndDisabled();
     choose(ui, "figure/paper", "background", figure.paper, kPapers);
     ui.check("letters", "figure/letters", figure.letters);
     ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
@@ -40,6 +49,12 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
         ui.progress("figure/share", *figure.share, "", "cancel");
         ImGui::SameLine();
         ui.button("cancel", "figure/cancel", order::StopFigure{});
+        return;
+    }
+    if (figure.share) {
+        ImGui::AlignTextToFramePadding();
+        ImGui::TextUnformatted(drawing_text(ui, "figure/drawing").c_str());
+        ui.note("figure/drawing");
         return;
     }
     name_file(ui, "figure/file", file, "figure.png", "write", state);

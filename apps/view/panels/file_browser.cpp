@@ -65,14 +65,22 @@ static std::string lower_case(std::string text) {
 }
 
 bool may_be_opened(const std::string& name) {
-    static constexpr std::array kEndings{
-        ".nii",  ".hdr", ".img",  ".gz",  ".nrrd", ".nhdr",    ".mha",   ".mhd", ".vtk",
-        ".vti",  ".mgh", ".mgz",  ".pbv", ".inv3", ".dcm",     ".ima",   ".png", ".tif",
-        ".tiff", ".jpg", ".jpeg", ".bmp", ".json", ".palpate", ".dicom", ".acr"};
+    static constexpr std::array kEndings{".nii",  ".hdr",     ".img",   ".gz",  ".nrrd", ".nhdr",
+                                         ".mha",  ".mhd",     ".vtk",   ".vti", ".mgh",  ".mgz",
+                                         ".pbv",  ".inv3",    ".dcm",   ".ima", ".tif",  ".tiff",
+                                         ".json", ".palpate", ".dicom", ".acr"};
     const std::string ending = lower_case(fs::path(name).extension());
     return std::all_of(ending.begin() + !ending.empty(), ending.end(),
                        [](unsigned char letter) { return std::isdigit(letter); }) ||
            std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+size_t count_pictures(const std::vector<BrowserEntry>& entries) {
+    static constexpr std::array kPictures{".png", ".jpg", ".jpeg", ".bmp"};
+    return static_cast<size_t>(std::ranges::count_if(entries, [](const BrowserEntry& one) {
+        const std::string ending = lower_case(fs::path(one.name).extension());
+        return !one.is_folder && std::ranges::find(kPictures, ending) != kPictures.end();
+    }));
 }
 
 std::vector<size_t> listed_entries(const std::vector<BrowserEntry>& entries,

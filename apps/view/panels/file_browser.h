@@ -27,8 +27,11 @@ enum class EntryOrder { name, size, date };
 void sort_entries(std::vector<BrowserEntry>& entries, EntryOrder order, bool falls);
 
 // Whether a file may be one that is opened, by its name: a known ending, or one that says nothing,
-// as files of DICOM have (none, or digits alone).
+// as files of DICOM have (none, or digits alone). A picture alone is no volume.
 bool may_be_opened(const std::string& name);
+
+// How many files are pictures, by their names: those of a folder may be the slices of a volume.
+size_t count_pictures(const std::vector<BrowserEntry>& entries);
 
 // The places of entries that are listed: those with `part` in their names, whatever the case; of
 // files those that may be opened, unless all are wanted.

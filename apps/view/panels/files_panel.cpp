@@ -51,17 +51,20 @@ void draw_files_section(Widgets& ui, FilesPanel& panel, ViewState& state, Work& 
     ui.button("save", "file/save", order::Save{});
     ImGui::SameLine();
     ui.button("picture", "file/picture", order::TakePicture{});
-    if (!state.names_hidden && !panel.recent.empty()) {
+    if (!ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) ||
+        panel.listed.empty())
+        panel.listed = panel.recent; // else rows would move under the pointer
+    if (!state.names_hidden && !panel.listed.empty()) {
         ImGui::TextDisabled("opened last");
         constexpr size_t kMost = 4; // the chooser of `open` has the folders of all
-        for (size_t i = 0; i < std::min(panel.recent.size(), kMost); ++i) {
+        for (size_t i = 0; i < std::min(panel.listed.size(), kMost); ++i) {
             ImGui::PushID(static_cast<int>(i));
-            const std::filesystem::path path(panel.recent[i]);
+            const std::filesystem::path path(panel.listed[i]);
             const std::string name = (path.has_filename() ? path : path.parent_path()).filename();
             if (ImGui::Selectable(name.c_str()))
-                ui.order(order::Open{panel.recent[i]});
+                ui.order(order::Open{panel.listed[i]});
             if (ImGui::IsItemHovered())
-                ImGui::SetTooltip("%s", panel.recent[i].c_str());
+                ImGui::SetTooltip("%s", panel.listed[i].c_str());
             ui.note(fmt::format("file/recent/{}", i));
             ImGui::PopID();
         }

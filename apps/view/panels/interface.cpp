@@ -56,6 +56,15 @@ void name_keys(ImGuiIO& io) {
         io.KeyMap[key] = number_of(name);
 }
 
+// The widget does in the next frame what a click on it does; a field takes the keys.
+void activate(ImGuiID widget) {
+#if IMGUI_VERSION_NUM >= 18980
+    ImGui::ActivateItemByID(widget);
+#else
+    ImGui::ActivateItem(widget);
+#endif
+}
+
 // Windows and lists in which a panel has stopped.
 void end_what_was_begun() {
 #if IMGUI_VERSION_NUM >= 19140
@@ -99,6 +108,9 @@ bool Interface::takes(const Event& event) const {
         case Event::Kind::wheel:
             return io.WantCaptureMouse;
         case Event::Kind::key:
+            if (event.key == "enter" && !ui_.pointed_out.empty())
+                return true; // it presses what was found
+            [[fallthrough]];
         case Event::Kind::text:
             return io.WantTextInput ||
                    (event.key == "escape" && ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup));
@@ -190,6 +202,8 @@ void Widgets::note(const std::string& id) {
         if (scrolls_to)
             ImGui::SetScrollHereY(0.3f);
         scrolls_to = scrolls_to && !ImGui::IsItemVisible();
+        if (std::exchange(presses, false))
+            activate(GImGui->LastItemData.ID);
         const ImVec2 by(3.0f, 2.0f);
         ImGui::GetForegroundDrawList()->AddRect(ImVec2(low.x - by.x, low.y - by.y),
                                                 ImVec2(high.x + by.x, high.y + by.y),
@@ -228,22 +242,29 @@ std::string time_left_text(double share, double seconds) {
     constexpr double kLeastShare = 0.02, kLeast_s = 2.0; // before these a rate is chance
     if (!(share >= kLeastShare) || share >= 1.0 || seconds < kLeast_s)
         return "";
-    const double left_s = seconds * (1.0 - share) / share;
-    const double step_s = left_s < 20.0 ? 1.0 : left_s < 100.0 ? 5.0 : 60.0;
-    const double told_s = std::max(1.0, std::ceil(left_s / step_s)) * step_s;
-    return step_s < 60.0     ? fmt::format("about {:.0f} s left", told_s)
-           : told_s < 7200.0 ? fmt::format("about {:.0f} min left", told_s / 60.0)
-                             : fmt::format("about {:.0f} h left", told_s / 3600.0);
+    return about_text(seconds * (1.0 - share) / share) + " left";
 }
 
-void Widgets::progress(const std::string& id, double share, const std::string& what,
-                       const char* room) {
+std::string about_text(double seconds) {
+    const double step_s = seconds < 20.0 ? 1.0 : seconds < 100.0 ? 5.0 : 60.0;
+    const double told_s = std::max(1.0, std::ceil(seconds / step_s)) * step_s;
+    return step_s < 60.0     ? fmt::format("about {:.0f} s", told_s)
+           : told_s < 7200.0 ? fmt::format("about {:.0f} min", told_s / 60.0)
+                             : fmt::format("about {:.0f} h", told_s / 3600.0);
+}
+
+double Widgets::seconds_since_begun(const std::string& id) {
     constexpr double kGap_s = 0.5; // without a bar, the next one is of other work
     Progress& bar = under_way.try_emplace(id, Progress{time_s, time_s}).first->second;
     if (time_s - bar.seen_s > kGap_s)
         bar.began_s = time_s;
     bar.seen_s = time_s;
-    const std::string left = time_left_text(share, time_s - bar.began_s);
+    return time_s - bar.began_s;
+}
+
+void Widgets::progress(const std::string& id, double share, const std::string& what,
+                       const char* room) {
+    const std::string left = time_left_text(share, seconds_since_begun(id));
     const std::string text = fmt::format("{}{}{:.0f} %{}{}", what, what.empty() ? "" : " ",
                                          100.0 * share, left.empty() ? "" : ", ", left);
     const float width = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(room).x -
@@ -258,6 +279,11 @@ void Widgets::progress(const std::string& id, double share, const std::string& w
 void Widgets::check(const char* text, const std::string& id, bool& is_on) {
     ImGui::Checkbox(text, &is_on);
     note(id);
+}
+
+void Interface::begin_document() {
+    status_.message.clear();
+    side_.labels.sought = {};
 }
 
 std::vector<Order> Interface::frame(const std::vector<Event>& events, double time_s,
@@ -294,7 +320,12 @@ void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& w
     const bool acts = std::any_of(events.begin(), events.end(), [](const Event& event) {
         return event.down && (event.kind == Event::Kind::key || event.kind == Event::Kind::button);
     });
-    if (acts) // a person goes on
+    // The head of a section has been opened already.
+    ui_.presses = !ui_.pointed_out.empty() && !ui_.pointed_out.starts_with("section/") &&
+                  std::any_of(events.begin(), events.end(), [](const Event& event) {
+                      return event.down && event.kind == Event::Kind::key && event.key == "enter";
+                  });
+    if (acts && !ui_.presses) // a person goes on
         ui_.pointed_out.clear();
     if (ImGui::GetIO().MouseWheel != 0.0f) // where it goes is for the person to say
         ui_.scrolls_to = false;
@@ -309,7 +340,8 @@ void Interface::draw(const std::vector<Event>& events, ViewState& state, Work& w
     draw_help(state);
     draw_search(ui_, search_, state, work);
     draw_questions(ui_, save_folder_, state, work);
-    draw_browser(ui_, browser_, side_.files.recent, state);
+    static const FilePreview kNone;
+    draw_browser(ui_, browser_, side_.files.recent, file_preview_ ? *file_preview_ : kNone, state);
     draw_series_chooser(ui_, previews_, state, work);
     draw_welcome(ui_, welcome_, state);
     draw_opening(ui_, state);

@@ -17,6 +17,7 @@ namespace palpate::view {
 struct PictureState {
     bool there = false, complete = true;
     double ms = 0, error_estimate = 0;
+    double waited_s = 0; // for a picture of another scene than the one that is seen
 };
 
 // A text among the marks over a view.
@@ -53,11 +54,14 @@ class Interface {
     // Offers of a window without a file; their pictures are kWelcomeTexture. Null: none.
     void show_welcome(const Welcome* welcome) { welcome_ = welcome; }
     static constexpr uint32_t kWelcomeTexture = 2 + static_cast<uint32_t>(kPanels.size());
-    // For when another document begins.
-    void forget_message() { status_.message.clear(); }
+    // What was told and sought of the document before is forgotten.
+    void begin_document();
     // The pictures of the chooser of series, in the texture of this number; null: none.
     void show_previews(const SeriesPreviews* previews) { previews_ = previews; }
     static constexpr uint32_t kPreviewsTexture = 1 + static_cast<uint32_t>(kPanels.size());
+    // The picture of the file that is pointed at in the browser, in the texture of this number.
+    void show_file_preview(const FilePreview* preview) { file_preview_ = preview; }
+    static constexpr uint32_t kFileTexture = 3 + static_cast<uint32_t>(kPanels.size());
     const ImDrawData& lists() const; // of the last frame
     // Where the widgets of the last frame lie, by their ids: "tool/draw".
     const std::map<std::string, Box>& widgets() const { return ui_.places; }
@@ -79,6 +83,7 @@ class Interface {
     SearchBox search_;
     const SeriesPreviews* previews_ = nullptr;
     const Welcome* welcome_ = nullptr;
+    const FilePreview* file_preview_ = nullptr;
     HintsPanel hints_;
     std::vector<ViewText> texts_;
     bool is_light_ = false, busy_ = false;

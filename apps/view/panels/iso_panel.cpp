@@ -30,6 +30,7 @@ bool take_skin_and_bone(Widgets& ui, IsoList& list, Work& work) {
     }
     list = {{{*skin, surface_color(1), kSkinOpacity}, "skin"},
             {{*bone, surface_color(0), 1.0}, "bone"}};
+    ui.order(order::Tell{"skin and bone: drawing the surfaces .."});
     return true;
 }
 

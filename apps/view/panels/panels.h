@@ -16,6 +16,7 @@
 namespace palpate::view {
 
 class SeriesPreviews;
+struct FilePreview;
 struct Welcome;
 
 // The widgets of a frame, while panels draw them.
@@ -26,6 +27,7 @@ struct Widgets {
     std::map<std::string, Box> seen{};           // the parts of them that are not scrolled away
     std::string pointed_out{};                   // the id of one that is framed
     bool scrolls_to = false;                     // and scrolled to, until it is seen
+    bool presses = false;                        // and pressed in this frame: by Enter
     std::pair<std::string, std::string> named{}; // the id of a field, and what the browser gives it
 
     void order(Order one) { orders.push_back(std::move(one)); }
@@ -39,6 +41,9 @@ struct Widgets {
     // seen: "segment 34 %, about 40 s left". Leaves `room` for a button behind it.
     void progress(const std::string& id, double share, const std::string& what, const char* room);
 
+    // How long the work of this id has been shown.
+    double seconds_since_begun(const std::string& id);
+
     struct Progress { // of a bar that was drawn in the last frame
         double began_s, seen_s;
     };
@@ -48,6 +53,7 @@ struct Widgets {
 // How long work still takes that has come so far in so many seconds, in words; empty as long as
 // nobody can say.
 std::string time_left_text(double share, double seconds);
+std::string about_text(double seconds); // "about 40 s"
 
 using TypedText = std::array<char, 1024>;
 
@@ -61,7 +67,7 @@ struct LabelPanel {
     std::array<char, 64> sought{}; // a part of the names of labels
 };
 struct FilesPanel {
-    std::vector<std::string> recent{};
+    std::vector<std::string> recent{}, listed{}; // listed: as they were when the pointer came
     TypedText figure_file{}, mesh_file{}, session_file{};
 };
 struct TouchPanel {
@@ -84,6 +90,8 @@ struct Browser {
     EntryOrder order = EntryOrder::name;
     bool falls = false, all_files = false;
     bool was_open = false; // in the last frame
+    std::string pointed{}; // a file's row, and since when
+    double pointed_s = 0.0;
 };
 struct SearchBox {
     std::array<char, 128> typed{};
@@ -146,7 +154,7 @@ void draw_help(ViewState& state);
 void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work);
 void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work);
 void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& recent,
-                  ViewState& state);
+                  const FilePreview& preview, ViewState& state);
 void draw_series_chooser(Widgets& ui, const SeriesPreviews* previews, ViewState& state,
                          Work& work); // null: no pictures
 void draw_opening(Widgets& ui, const ViewState& state);

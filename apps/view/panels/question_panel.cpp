@@ -10,7 +10,55 @@
 
 namespace palpate::view {
 
+namespace {
+
+// A label map, or one image of many.
+void draw_file_question(Widgets& ui, ViewState& state, const Work& work) {
+    const FileQuestion asked = *state.file_question;
+    const bool is_map = asked.about == FileQuestion::About::label_map;
+    const auto name = [&](const std::string& text) {
+        return state.names_hidden ? std::string("the volume") : text;
+    };
+    bool open = true;
+    begin_dialog(is_map ? "This file holds labels" : "One image of several", &open, state);
+    if (is_map) {
+        ImGui::TextUnformatted(fmt::format("They lie where {} lies.", name(work.title())).c_str());
+        if (asked.replaces)
+            ImGui::TextUnformatted(
+                "They take the place of the labels that are there; undo brings "
+                "these back.");
+        if (ui.primary("lay over", "question/over", state)) {
+            ui.order(order::OpenLabels{asked.path});
+            open = false;
+        }
+        ImGui::SameLine();
+        ui.button("open instead", "question/instead", order::OpenRead{});
+    } else {
+        ImGui::TextUnformatted(
+            fmt::format("This file is one of {} images in its folder.", asked.images).c_str());
+        if (ui.primary("open the series", "question/series", state)) {
+            ui.order(order::Open{asked.path});
+            open = false;
+        }
+        ImGui::SameLine();
+        open &= !ImGui::Button("this image only");
+        ui.note("question/one");
+    }
+    if (is_map) {
+        ImGui::SameLine();
+        open &= !ImGui::Button("cancel");
+        ui.note("question/cancel");
+    }
+    ImGui::End();
+    if (!open)
+        state.file_question.reset();
+}
+
+} // namespace
+
 void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work) {
+    if (state.file_question && !state.leaving)
+        draw_file_question(ui, state, work);
     if (state.leaving && !state.leaving->saving) {
         bool open = true;
         begin_dialog("Edits are not saved", &open, state);
@@ -31,6 +79,12 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
         ui.note("leave/save");
         ImGui::SameLine();
         ui.button("discard", "leave/discard", order::Leave{});
+        if (!state.leaving->closes && !state.leaving->path.empty()) { // nothing is lost then
+            ImGui::SameLine();
+            if (ui.button("lay over as labels", "leave/over",
+                          order::OpenLabels{state.leaving->path}))
+                open = false;
+        }
         ImGui::SameLine();
         open &= !ImGui::Button("cancel");
         ui.note("leave/cancel");

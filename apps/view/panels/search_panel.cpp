@@ -86,8 +86,10 @@ void draw_search(Widgets& ui, SearchBox& box, ViewState& state, Work& work) {
     }
     if (places.empty())
         hint("nothing has these words");
-    else if (const std::string& help = all[places[box.row]].help; !help.empty())
-        hint(help.c_str());
+    else if (const Findable& one = all[places[box.row]]; !one.help.empty())
+        hint((one.help +
+              (one.kind == "setting" ? " (Enter shows it, and once more presses it)" : ""))
+                 .c_str());
     ImGui::End();
     if (pressed(ImGuiKey_Escape))
         state.search_open = false;

@@ -49,6 +49,7 @@ void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMet
     ParameterValues& given = state.segmenting.given[method.name];
     for (const MethodParameter& parameter : method.parameters) {
         ImGui::PushID(parameter.name);
+        ImGui::BeginGroup(); // all of the line has the tooltip
         const auto found = given.find(parameter.name);
         bool is_given = found != given.end();
         const std::optional<double> found_before = value_found(parameter, method, work);
@@ -78,6 +79,7 @@ void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMet
                                   found_before ? now : "");
             ImGui::TextDisabled("%s", now.c_str());
         }
+        ImGui::EndGroup();
         if (ImGui::IsItemHovered())
             ImGui::SetTooltip("%s%s%s", parameter.purpose, *parameter.unit ? "; " : "",
                               parameter.unit);
@@ -159,8 +161,16 @@ void draw_segment_foot(Widgets& ui, ViewState& state, Work& work) {
         ui.order(order::Segment{});
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    const std::string how = "from seeds, " + state.segmenting.method;
+    constexpr double kSlow_s = 3.0; // what takes longer is told before it begins
+    const double expected_s = work.segmentation().expected_s(state);
+    const std::string how = expected_s < kSlow_s ? "from seeds, " + state.segmenting.method
+                                                 : fmt::format("{}, {}", about_text(expected_s),
+                                                               state.segmenting.method);
     ImGui::TextDisabled("%s", fitted(how, ImGui::GetContentRegionAvail().x).c_str());
+    if (expected_s >= kSlow_s && ImGui::IsItemHovered())
+        ImGui::SetTooltip(
+            "%s", "on all samples that it works on; `in the crop box only` makes it faster");
+    ui.note("segment/how");
 }
 
 void draw_seeds_section(Widgets& ui, ViewState& state) {

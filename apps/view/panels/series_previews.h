@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -50,6 +51,12 @@ class SeriesPreviews {
     std::mutex mutex_; // of made_
     std::vector<Made> made_;
     std::jthread thread_; // last: stops and ends before the rest goes
+};
+
+// The file that is pointed at in the chooser of files, and its picture.
+struct FilePreview {
+    std::string path;
+    std::unique_ptr<SeriesPreviews> picture; // of one; null: none is made
 };
 
 // The middle slice of a volume as a square of 4 bytes a pixel (R, G, B, A), fitted by its size in

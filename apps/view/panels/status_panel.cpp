@@ -128,7 +128,9 @@ void draw_status(Widgets& ui, StatusLine& line, const ViewState& state, Work& wo
     };
     if (begin_of(right) < place_end)
         right = begin_of(keys) < place_end ? "" : keys;
-    const std::string told = line.shown(ui.time_s);
+    std::string told = line.shown(ui.time_s);
+    if (told.empty() && state.figure.share)
+        told = "drawing the figure ..";
     const float told_end =
         6.0f + width_of(place) + ImGui::GetStyle().ItemSpacing.x + width_of("  " + told + "  ");
     const bool is_long = told_end > begin_of(right);

@@ -147,7 +147,7 @@ void draw_buttons(Widgets& ui, ViewState& state, const Work& work) {
     choose_named("shape", stylus.shape, kTipShapes);
     ui.note("touch/shape");
     if (mills(stylus.first) || mills(stylus.second)) {
-        slide("rate", stylus.rate_per_s, 0.1, 100.0, "%.2g ranges/s", true);
+        slide("feed", stylus.rate_per_s, 0.1, 100.0, "%.2g /s", true);
         ui.note("touch/rate");
     }
     ui.check("force as an arrow", "touch/arrow", stylus.arrow_shown);

@@ -262,8 +262,10 @@ constexpr WidgetHelp kHelp[] = {
     {"touch/first", "first button of the hand", "the tool that it uses", "drill burr cut draw"},
     {"touch/second", "second button of the hand", "the tool that it uses", "drill burr cut draw"},
     {"touch/shape", "shape of the tool", "of what the hand holds", "burr ball cylinder cone"},
-    {"touch/rate", "speed of drilling", "how fast the burr takes matter away; more is faster",
-     "feed burr", false},
+    {"touch/rate", "feed of the burr",
+     "how fast the burr takes matter away: the whole range of values so many times a second; more "
+     "is faster",
+     "speed of drilling rate", false},
     {"touch/arrow", "touch: force as an arrow", "draws the force at the tool in 3D", ""},
     {"touch/sound", "sound of milling", "is heard while the burr takes matter away", "noise"},
     {"touch/dust", "dust of milling", "grains that leave the burr", "chips particles"},

@@ -141,6 +141,10 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     json["series_open"] = state.series_open;
     json["saving_open"] = state.saving_open;
     json["leaving"] = !state.leaving ? "" : state.leaving->closes ? "close" : state.leaving->path;
+    json["file_question"] = !state.file_question ? ""
+                            : state.file_question->about == FileQuestion::About::label_map
+                                ? "labels"
+                                : "series";
     json["names_hidden"] = state.names_hidden;
     json["light"] = state.light;
     json["indices_shown"] = state.indices_shown;

@@ -35,7 +35,7 @@ void FileOpening::begin(const std::string& path, bool asks_series, Read<Source> 
     source_ = start(path, std::move(read));
 }
 
-void FileOpening::begin_beside(const std::string& path, bool labels, Read<LoadedVolume> read) {
+void FileOpening::begin_beside(const std::string& path, bool labels, Read<FileBeside> read) {
     labels_ = labels;
     beside_ = start(path, std::move(read));
 }
@@ -44,7 +44,7 @@ std::optional<Result<Source>> FileOpening::take() {
     return taken(source_);
 }
 
-std::optional<Result<LoadedVolume>> FileOpening::take_beside() {
+std::optional<Result<FileBeside>> FileOpening::take_beside() {
     return taken(beside_);
 }
 

@@ -13,6 +13,12 @@
 
 namespace palpate::view {
 
+// What was read to lie beside the volume that is open.
+struct FileBeside {
+    LoadedVolume read;
+    bool is_labels = false; // on the volume's grid; else another volume
+};
+
 // One file that is being read, to be opened or to lie beside the volume that is open: on a thread
 // of its own, or, where nothing is threaded, once its result is taken.
 class FileOpening {
@@ -25,7 +31,7 @@ class FileOpening {
 
     // While nothing is under way. `path` is for errors; `asks_series`: a person has not chosen one.
     void begin(const std::string& path, bool asks_series, Read<Source> read);
-    void begin_beside(const std::string& path, bool labels, Read<LoadedVolume> read);
+    void begin_beside(const std::string& path, bool labels, Read<FileBeside> read);
     bool is_under_way() const { return source_.valid() || beside_.valid(); }
     double share() const { return share_ ? share_->load() : 0.0; } // that is read, 0 .. 1
     void cancel() { stop_.request_stop(); }
@@ -35,7 +41,7 @@ class FileOpening {
 
     // The result of reading, once it is there, and once.
     std::optional<Result<Source>> take();
-    std::optional<Result<LoadedVolume>> take_beside();
+    std::optional<Result<FileBeside>> take_beside();
 
  private:
     template <class Opened>
@@ -46,7 +52,7 @@ class FileOpening {
     std::shared_ptr<std::atomic<double>> share_;
     // Last: their threads end before the rest goes.
     std::future<Result<Source>> source_;
-    std::future<Result<LoadedVolume>> beside_;
+    std::future<Result<FileBeside>> beside_;
 };
 
 } // namespace palpate::view

@@ -170,8 +170,8 @@ void hover(ViewState& state, const Subject& subject) {
 
 // Whether a question or a list of files is open: a click beside it is for none of the tools.
 bool asks(const ViewState& state) {
-    return state.leaving || state.saving_open || state.browser_open || state.series_open ||
-           state.search_open || state.welcome_open;
+    return state.leaving || state.file_question || state.saving_open || state.browser_open ||
+           state.series_open || state.search_open || state.welcome_open;
 }
 
 std::optional<Panel> panel_under(const ViewState& state) {

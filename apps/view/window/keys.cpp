@@ -2,31 +2,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <string_view>
 
-#include "apps/view/document/label_changes.h"
 #include "apps/view/tools/clip_tool.h"
-#include "apps/view/tools/hand_pointer.h"
 #include "apps/view/tools/tool.h"
-#include "engine/session/default_scene.h"
-#include "engine/volume/extent.h"
+#include "apps/view/window/key_actions.h"
 
 namespace palpate::view {
 
 namespace {
-
-// A key that was pressed.
-struct KeyPress {
-    Outcome& next;
-    const Event& event;
-    const Subject& subject;
-    ViewState& state;
-
-    bool is(const char* key) const { return event.key == key; }
-    bool shift() const { return event.modifiers.shift; }
-    void order(Order order) const { next.orders.push_back(std::move(order)); }
-};
 
 struct KeyLine {
     const char *keys, *purpose; // of the help
@@ -40,108 +24,6 @@ struct KeyLine {
     };
     std::vector<Use> uses{}; // none: what the line tells is done elsewhere
 };
-
-void choose_window(const KeyPress& press) {
-    const auto number = static_cast<size_t>(press.event.key[0] - '1');
-    if (!press.shift() && number < press.subject.windows.size())
-        press.state.window = press.subject.windows[number];
-}
-
-// The volume seen along one of the patient's axes, at the distance it has now.
-void look(ViewState& state, const char* from) {
-    const ViewDirection view = view_direction(from).value();
-    const double distance = glm::distance(state.camera.eye_mm, state.camera.target_mm);
-    state.camera.eye_mm = state.camera.target_mm + distance * glm::normalize(view.towards);
-    state.camera.up = view.up;
-}
-
-void page_by_key(const KeyPress& press) {
-    const std::optional<Panel> under = press.state.under;
-    if (under && is_slice(*under))
-        page(press.state, press.subject.grid, *under, press.is("up") ? 1.0 : -1.0);
-}
-
-void reset(const KeyPress& press) {
-    const ViewState& home = press.subject.home;
-    press.state.slices = home.slices;
-    press.state.camera = home.camera;
-    press.state.crosshair_mm = home.crosshair_mm;
-    press.state.window = home.window;
-}
-
-void fade_labels(const KeyPress& press) {
-    double& opacity = press.state.label_opacity;
-    const double by = press.is("d") ? 0.1 : -0.1;
-    opacity = std::clamp(std::round((opacity + by) * 10) / 10, 0.0, 1.0);
-}
-
-void resize_tool(const KeyPress& press) {
-    constexpr double kStep = 1.25;
-    double& radius_mm = press.state.radius_mm;
-    radius_mm =
-        press.is("-") ? std::max(radius_mm / kStep, 0.1) : std::min(radius_mm * kStep, 100.0);
-}
-
-// One layer of samples thicker or thinner, along the axis on which they lie nearest; at most 100.
-void step_slab(const KeyPress& press) {
-    const double layer = smallest_spacing_mm(press.subject.grid);
-    const double layers = std::round(press.state.slab_mm / layer) + (press.is("]") ? 1.0 : -1.0);
-    press.state.slab_mm = layer * std::clamp(layers, 0.0, 100.0);
-}
-
-// The next of the values of an enum, the first one after the last.
-template <class Choice>
-void go_on(Choice& choice, size_t count) {
-    choice = static_cast<Choice>((static_cast<size_t>(choice) + 1) % count);
-}
-
-void start_or_stop_hand(const KeyPress& press) {
-    if (!press.state.stylus.on)
-        begin_hand(press.state, press.subject);
-    press.order(press.state.stylus.on ? Order(order::StopHand{}) : order::StartHand{});
-}
-
-void take_picture(const KeyPress& press) {
-    if (!press.shift())
-        return press.order(order::TakePicture{});
-    if (press.state.under)
-        press.state.figure.panel = *press.state.under;
-    press.state.figure.pictures = 1;
-    press.order(order::PrintFigure{"figure.png"});
-}
-
-// Locks or unlocks the label under the pointer in a slice, else the one that is drawn.
-void lock_label(const KeyPress& press) {
-    ViewState& state = press.state;
-    uint16_t label = 0;
-    if (state.under && is_slice(*state.under) && press.subject.label_at)
-        label = press.subject.label_at(
-            point_under(state, press.subject.grid, *state.under, state.pointer_px));
-    label = label == 0 ? state.label : label;
-    auto& locked = state.notes.locked_labels;
-    const auto place = std::lower_bound(locked.begin(), locked.end(), label);
-    const bool was = place != locked.end() && *place == label;
-    if (was)
-        locked.erase(place);
-    else
-        locked.insert(place, label);
-    press.order(order::Tell{fmt::format("label {} is {}", label, was ? "open again" : "locked")});
-}
-
-void change_label(const KeyPress& press, std::string_view id) {
-    for (const LabelChange& change : label_changes())
-        if (change.id == id)
-            press.order(order::ChangeLabel{&change});
-}
-
-void export_labels(const KeyPress& press) {
-    press.order(order::ExportLabels{press.shift() ? fmt::format("label-{}.stl", press.state.label)
-                                                  : "labels.nii.gz"});
-}
-
-void undo_or_redo(const KeyPress& press) {
-    press.order(press.is("y") || press.shift() ? Order(order::Redo{}) : order::Undo{});
-}
 
 const KeyLine kButtons[] = {
     {"left", "slices: the tool; 3D: rotate (Shift: pan, Ctrl: roll)"},
@@ -174,6 +56,9 @@ const KeyLine kKeys[] = {
        },
        true, "open a file, a folder or a project", "open what was open last"},
       {"s", [](const KeyPress& p) { p.order(order::Save{}); }, true, "save to a project folder"}}},
+    {"Ctrl+Q",
+     "close the window",
+     {{"q", [](const KeyPress& p) { p.order(order::Close{}); }, true, "close the window"}}},
     {"Ctrl+K",
      "find a tool, a command or a setting by its name",
      {{"k", [](const KeyPress& p) { p.state.search_open = true; }, true}}},
@@ -311,6 +196,7 @@ void escape(const KeyPress& press) {
              !std::exchange(state.series_open, false) &&
              !std::exchange(state.welcome_open, false) &&
              !std::exchange(state.leaving, std::nullopt) &&
+             !std::exchange(state.file_question, std::nullopt) &&
              !std::exchange(state.recovered_steps, 0))
         state.alone.reset();
     state.drag.reset();
@@ -342,9 +228,15 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         return;
     if (press.is("escape"))
         return escape(press);
-    // No key counts while a question is open, or while a button is pressed and a tool is at work.
-    if (state.leaving || state.drag)
-        return;
+    if (state.drag)
+        return; // a button is pressed, and a tool is at work
+    const auto tell = [&](const std::string& why) {
+        if (!why.empty())
+            press.order(order::Tell{why});
+    };
+    // No key counts while a question or a chooser is open.
+    if (state.leaving || state.file_question || state.browser_open || state.series_open)
+        return tell(why_idle(press, true));
     if (!event.modifiers.ctrl) {
         for (const Tool* tool : tools())
             if (tool->use_key && tool->use_key(next, event, subject))
@@ -352,8 +244,9 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         if (take_tool(state, event.key))
             return;
     }
-    if (!use_line(kKeys, press))
-        use_line(kButtons, press);
+    const std::string why = why_idle(press, true); // before the key has changed anything
+    const bool is_known = use_line(kKeys, press) || use_line(kButtons, press);
+    tell(is_known ? why : why_idle(press, false));
 }
 
 std::vector<KeyCommand> key_commands() {

@@ -96,6 +96,20 @@ struct Leaving {
     friend bool operator==(const Leaving&, const Leaving&) = default;
 };
 
+// A question about a file that was read.
+struct FileQuestion {
+    enum class About {
+        label_map,   // shall it lie over the volume that is open, or be opened in its place?
+        one_of_many, // shall the whole series be opened?
+    };
+    About about = About::label_map;
+    std::string path{};    // of the label map, or of the folder
+    size_t images = 0;     // of the folder
+    bool replaces = false; // labels that are there
+
+    friend bool operator==(const FileQuestion&, const FileQuestion&) = default;
+};
+
 // The work of a person with the list of iso-surfaces.
 struct IsoEditing {
     IsoList list;
@@ -140,6 +154,7 @@ struct ViewState {
     std::string saving_folder;   // where to in vain; empty: not tried yet
     Message saving_failed;       // why
     std::optional<Leaving> leaving;
+    std::optional<FileQuestion> file_question;
     bool search_open = false;      // the search box (Ctrl+K)
     bool touch_open = false;       // the window of touch
     bool palette_shown = false;    // widgets in 3D (palette.h)
@@ -187,6 +202,7 @@ struct ViewState {
     double play_speed = 1.0;                 // times as fast as it was recorded
     Browsing browsing = Browsing::documents; // what is chosen in the browser
     std::string naming;
+    std::string pointed_file; // in the browser, for a while: its picture is wanted; empty: none
     bool browser_open = false, series_open = false, names_hidden = false, light = false,
          indices_shown = false; // of samples, in the line at the bottom
     bool hand_put_down = false; // the mouse, which is the hand, was given another tool
@@ -219,6 +235,7 @@ struct Subject {
     // The newest grey value and label of the sample at a point; none, and 0, where there is none.
     std::function<std::optional<double>(glm::dvec3 point_mm)> value_at{};
     std::function<uint16_t(glm::dvec3 point_mm)> label_at{};
+    std::function<bool()> has_labels{}; // any samples of a label
     // The first point of the pulled mesh on a ray, and its place near a point; empty: no mesh.
     std::function<std::optional<glm::dvec3>(const Ray&)> mesh_met{};
     std::function<std::optional<glm::dvec3>(glm::dvec3 point_mm, double within_mm)> mesh_near{};

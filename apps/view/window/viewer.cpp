@@ -33,6 +33,7 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
     state_.indices_shown = kept_.indices;
     state_.panel_px = kept_.panel_px;
     state_.sections = kept_.sections;
+    shows_example_ = options_.asks_for_file;
     if (options_.asks_for_file) {
         state_.welcome_open = true;
         offer_files();
@@ -60,7 +61,7 @@ void Viewer::begin(Source source) {
     drop_pictures(); // before the session that they look at
     previews_.reset();
     interface_->show_previews(nullptr);
-    interface_->forget_message();
+    interface_->begin_document();
     pictures_with_ = std::move(pictures_with);
     work_ = std::move(work);
     work_->hand().touch().set_up(options_.hand);
@@ -84,18 +85,6 @@ void Viewer::begin(Source source) {
         work_->obey(order::StartHand{}, state_);
     }
     make_pictures();
-}
-
-void Viewer::make_pictures() {
-    state_of_pictures_ = {};
-    pictures_ = std::make_unique<Pictures>(*pictures_device_, work_->session(), pictures_with_);
-}
-
-void Viewer::drop_pictures() {
-    new_pictures_.clear();
-    drawing_->drop_pictures();
-    end_figure();
-    pictures_.reset();
 }
 
 Viewer::~Viewer() {
@@ -169,6 +158,12 @@ bool Viewer::has_all() {
 void Viewer::obey(const Order& order, bool& wants_picture) {
     const Overloaded each{
         [&](const order::Open& file) { ask_to_leave({.path = file.path, .series = file.series}); },
+        [&](order::OpenRead) {
+            if (!label_map_ || !state_.file_question)
+                return;
+            const std::string path = state_.file_question->path; // the state begins anew
+            show_opened(*std::exchange(label_map_, {}), path);
+        },
         [&](order::OpenLast) { open_last(); },
         [&](const order::OpenLabels& file) { open_beside(file.path, true); },
         [&](const order::OpenFused& file) { open_beside(file.path, false); },
@@ -191,20 +186,6 @@ void Viewer::obey(const Order& order, bool& wants_picture) {
         [&](const DocumentOrder& other) { work_->obey(other, state_); },
     };
     attempt_part(name_of(order), [&] { std::visit(each, order); });
-}
-
-void Viewer::take_pictures() {
-    if (!pictures_)
-        return;
-    for (Picture& picture : pictures_->take()) {
-        ++looks_;
-        if (saw_picture)
-            saw_picture(picture);
-        new_pictures_.push_back(std::move(picture));
-    }
-    for (const Picture& picture : new_pictures_)
-        state_of_pictures_[static_cast<size_t>(picture.panel)] = {
-            true, picture.complete, picture.ms, picture.error_estimate};
 }
 
 void Viewer::follow_work() {
@@ -294,24 +275,6 @@ void Viewer::keep_settings() {
         options_.keep_settings(now);
 }
 
-void Viewer::wish() {
-    std::vector<Pictures::Wish> wishes;
-    // A brush in the hand: the first stroke shall not wait for rays of another kind.
-    const bool has_labels = work_->has_labels() || state_.tool == &kDrawTool;
-    for (const Places::View& view : places_of(state_).views)
-        wishes.push_back({view.panel,
-                          scene_of(state_, work_->subject().grid, view.panel,
-                                   work_->session().scene(), has_labels),
-                          display_of(state_, view.panel, screen_px_)});
-    for (Pictures::Wish& wish : wishes) // the hand's tool lies among the rays, at its depth
-        for (const HandLink::Surface& surface : work_->hand().surfaces(state_))
-            if (wish.panel == Panel::volume && wish.scene.surfaces.size() < kMaxSurfaces) {
-                wish.scene.surfaces.push_back(surface.layer);
-                wish.meshes.push_back(surface.mesh);
-            }
-    pictures_->want(std::move(wishes));
-}
-
 uint64_t Viewer::looks() {
     if (!interface_)
         return looks_;
@@ -344,6 +307,10 @@ void Viewer::record(Commands& commands, UiTarget& target) {
              !drawing_->has_picture(Interface::kWelcomeTexture)))
             drawing_->set_picture(commands, Interface::kWelcomeTexture,
                                   welcome_.pictures->size_px(), welcome_.pictures->rgba());
+        if (file_preview_.picture && (std::exchange(new_file_preview_, false) ||
+                                      !drawing_->has_picture(Interface::kFileTexture)))
+            drawing_->set_picture(commands, Interface::kFileTexture,
+                                  file_preview_.picture->size_px(), file_preview_.picture->rgba());
         drawing_->record(commands, target, interface_->lists());
     });
     new_pictures_.clear();
@@ -351,40 +318,6 @@ void Viewer::record(Commands& commands, UiTarget& target) {
         return;
     drawing_->forget(); // and all of it once more
     ++looks_;
-}
-
-Result<void> Viewer::draw_pictures() {
-    if (!pictures_)
-        make_pictures();
-    PALPATE_TRY(new_pictures_, pictures_->draw());
-    return {};
-}
-
-Result<Image> Viewer::shot() {
-    PALPATE_TRY(draw_pictures());
-    frame({}, time_s_ + kFrame_s); // the notes know of the pictures
-    return capture();
-}
-
-Image Viewer::capture() {
-    const glm::uvec2 size = state_.size_px;
-    Commands commands(*interface_device_);
-    UiTarget target{GpuImage(*interface_device_, "shot",
-                             {.format = format_, .size = glm::uvec3(size, 1), .attachment = true})};
-    record(commands, target);
-    const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size, 1)};
-    const BufferSlice texels =
-        commands.read_back(target.image, std::span(&all, 1), uint64_t{4} * size.x * size.y);
-    commands.submit();
-    commands.ticket().wait();
-    const bool swapped = format_ == VK_FORMAT_B8G8R8A8_UNORM || format_ == VK_FORMAT_B8G8R8A8_SRGB;
-    Image image = make_image(size, {"R", "G", "B"});
-    const std::byte* from = texels.mapped().data();
-    for (size_t i = 0; i < size_t{size.x} * size.y; ++i)
-        for (size_t c = 0; c < 3; ++c)
-            image.samples[3 * i + c] =
-                static_cast<float>(from[4 * i + (swapped ? 2 - c : c)]) / 255.0f;
-    return image;
 }
 
 Json Viewer::dump() {

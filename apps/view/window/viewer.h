@@ -117,10 +117,14 @@ class Viewer {
     void ask_where_again();
     void leave_when_saved();
     void take_opened(Result<Source> opened);
-    void take_beside(Result<LoadedVolume> opened);
+    void ask_about(Source label_map, const std::string& path);
+    void show_opened(Source source, const std::string& path);
+    void forget_label_map(); // about which a person was asked
+    void take_beside(Result<FileBeside> opened);
     void show_fused(LoadedVolume opened);
     void poll_opening();
     void follow_previews();
+    void follow_file_preview();
     void offer_files();
     void follow_text_scale();
     void keep_settings();
@@ -141,6 +145,7 @@ class Viewer {
     void drop_pictures();
     void make_pictures(); // of the session's; the textures are there when they are
     void wish();
+    void note_wish(const Scene& scene);
 
     GpuDevice *pictures_device_, *interface_device_;
     VkFormat format_;
@@ -158,10 +163,12 @@ class Viewer {
     UiTiles tiles_seen_; // by looks()
     uint64_t looks_ = 0;
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
-    double interface_scale_ = 1.0; // that interface_ is made for
-    Settings kept_;                // as they were given or kept last
-    double liked_scale_ = 0.0;     // of texts, that a person has chosen; 0: none
-    std::string last_failure_;     // of a part of a frame, and when it was
+    Scene volume_wished_;                    // of the 3D view, without its camera
+    std::optional<double> volume_waits_s_{}; // since when no picture of it has come
+    double interface_scale_ = 1.0;           // that interface_ is made for
+    Settings kept_;                          // as they were given or kept last
+    double liked_scale_ = 0.0;               // of texts, that a person has chosen; 0: none
+    std::string last_failure_;               // of a part of a frame, and when it was
     double failed_s_ = -1e9;
     double pictures_failed_s_ = -1e9; // when memory for pictures had run out
     bool done_ = false;
@@ -170,6 +177,8 @@ class Viewer {
     bool new_previews_ = false; // since record()
     Welcome welcome_;
     bool new_welcome_ = false; // since record()
+    FilePreview file_preview_;
+    bool new_file_preview_ = false; // since record()
     struct FigureRun {
         std::stop_source stop;
         std::atomic<uint32_t> drawn{0};
@@ -178,7 +187,9 @@ class Viewer {
         std::future<Result<Message>> written; // what is told
     };
     std::unique_ptr<FigureRun> figure_;
-    FileOpening opening_; // last: its threads end before the rest goes
+    bool shows_example_ = false;      // what is open is there to try, and nothing lies over it
+    std::optional<Source> label_map_; // waits for a person to say what becomes of it
+    FileOpening opening_;             // last: its threads end before the rest goes
 };
 
 } // namespace palpate::view

@@ -1,10 +1,9 @@
-// The part of the viewer that opens, leaves and writes files.
+// The part of the viewer that leaves and writes files.
 
 #include <algorithm>
 #include <filesystem>
 
 #include "apps/view/document/free_name.h"
-#include "apps/view/document/label_import.h"
 #include "apps/view/window/viewer.h"
 #include "engine/base/failure.h"
 #include "engine/base/log.h"
@@ -24,67 +23,6 @@ Message written(const std::filesystem::path& path) {
 }
 
 } // namespace
-
-void Viewer::show_opening(const std::string& path) {
-    state_.opening = path;
-    state_.opening_since_s = time_s_;
-    state_.opening_share = 0.0;
-}
-
-bool Viewer::may_open() {
-    if (opening_.is_under_way())
-        work_->tell("a file is being read: cancel it first");
-    return !opening_.is_under_way();
-}
-
-void Viewer::open(const std::string& path, const std::string& series) {
-    if (!options_.open || !may_open())
-        return;
-    show_opening(path);
-    opening_.begin(path, series.empty(),
-                   [open = options_.open, path, series](
-                       const std::stop_token& stop, const std::function<void(double)>& progress) {
-                       return open(path, series, stop, progress);
-                   });
-    if (!options_.threaded)
-        poll_opening();
-}
-
-void Viewer::open_last() {
-    const auto recent = options_.recent ? options_.recent("") : std::vector<std::string>();
-    const auto last = std::find_if(recent.begin(), recent.end(),
-                                   [&](const std::string& path) { return path != work_->path(); });
-    if (last == recent.end())
-        return work_->tell("nothing else was opened before");
-    state_.browser_open = false;
-    ask_to_leave({.path = *last});
-}
-
-void Viewer::open_beside(const std::string& path, bool labels) {
-    if (!options_.open_beside || !may_open())
-        return;
-    if (figure_ && !labels)
-        return work_->tell("a figure is being drawn: open the volume after it");
-    const auto read = [open = options_.open_beside, path, labels, grid = work_->subject().grid](
-                          const std::stop_token& stop,
-                          const std::function<void(double)>& progress) -> Result<LoadedVolume> {
-        PALPATE_TRY(LoadedVolume opened, open(path, labels, stop, progress));
-        if (labels && !(opened.volume.range().max > 0.0f))
-            return fail("{}: expected labels, found a map of zeros", path);
-        for (const std::string& note : all_notes(opened))
-            log::info("{}", note);
-        opened.notes.clear();
-        if (labels)
-            return on_grid(std::move(opened), grid, stop);
-        if (const std::string apart = apart_text(path, opened.volume.grid(), grid); !apart.empty())
-            return fail("{}", apart);
-        return opened;
-    };
-    show_opening(path);
-    opening_.begin_beside(path, labels, read);
-    if (!options_.threaded)
-        poll_opening();
-}
 
 void Viewer::ask_to_leave(Leaving leaving) {
     state_.leaving = std::move(leaving);
@@ -166,84 +104,38 @@ void Viewer::follow_previews() {
         new_welcome_ = true;
         ++looks_;
     }
+    follow_file_preview();
 }
 
-void Viewer::poll_opening() {
-    if (!opening_.is_under_way())
-        return;
-    state_.opening_share = opening_.share();
-    if (auto opened = opening_.take())
-        take_opened(std::move(*opened));
-    else if (!work_->hand().is_drawing())
-        if (auto beside = opening_.take_beside())
-            take_beside(std::move(*beside));
-}
-
-// How many files of a DICOM file's kind lie in its folder, itself among them; 0: it is none.
-static size_t images_beside(const std::filesystem::path& path) {
-    std::error_code ignored;
-    const std::string kind = path.extension().string();
-    if (!std::filesystem::is_regular_file(path, ignored) ||
-        (!kind.empty() && kind != ".dcm" && kind != ".DCM" && kind != ".IMA"))
-        return 0;
-    size_t images = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), ignored))
-        images += entry.path().extension() == kind && entry.is_regular_file(ignored);
-    return images;
-}
-
-void Viewer::tell_unopened(const Error& error) {
-    const bool cancelled = opening_.is_cancelled();
-    if (!cancelled)
-        log::error("{}", error.message);
-    work_->tell(cancelled ? "opening was cancelled" : Message::why(error));
-}
-
-void Viewer::take_beside(Result<LoadedVolume> opened) {
-    state_.opening.clear();
-    if (!opened)
-        return tell_unopened(opened.error());
-    for (const std::string& warning : opened->warnings)
-        log::warning("{}", warning);
-    if (opening_.is_of_labels())
-        work_->take_labels(std::move(*opened));
-    else
-        show_fused(std::move(*opened));
-}
-
-// It is no part of the document: a project does not have it.
-void Viewer::show_fused(LoadedVolume opened) {
-    drop_pictures();
-    pictures_with_.fused = std::move(opened.volume);
-    work_->show_fused(FusionLayer{default_fusion_transfer(pictures_with_.fused->range()), 0.5});
-    state_.fusion_opacity = 0.5;
-    make_pictures();
-    for (const std::string& warning : opened.warnings)
-        work_->tell_also(Message::of_files(warning));
-}
-
-void Viewer::take_opened(Result<Source> opened) {
-    const std::string path = std::exchange(state_.opening, {});
-    if (!opened)
-        return tell_unopened(opened.error());
-    const ViewState before = state_;
-    work_->steps_file().drop();
-    begin(std::move(*opened));
-    return_free_memory_now(); // of the document that was open
-    state_.names_hidden = before.names_hidden;
-    state_.light = before.light;
-    state_.indices_shown = before.indices_shown;
-    state_.hints = before.hints;
-    state_.text_scale = before.text_scale;
-    state_.task = before.task;
-    state_.sections = before.sections;
-    state_.panel_px = before.panel_px;
-    state_.series_open = opening_.asks_series() && work_->series().size() > 1;
-    if (const size_t images = images_beside(path); images > 1 && work_->subject().grid.size.z == 1)
-        work_->tell_also(
-            fmt::format("one image of {} files: open their folder for the series", images));
-    if (options_.recent)
-        interface_->set_recent(options_.recent(path));
+// One picture at a time, of the file that is pointed at: the one that was kept when it was opened,
+// else one of the file itself, if reading it is no work of minutes.
+void Viewer::follow_file_preview() {
+    interface_->show_file_preview(&file_preview_);
+    const std::string& path = state_.pointed_file;
+    if (path.empty() || !options_.open_beside) {
+        if (!state_.browser_open)
+            file_preview_ = {};
+    } else if (path != file_preview_.path) {
+        file_preview_ = {}; // ends the reading of the one before
+        const auto make = [small = options_.small_picture, read = options_.open_beside, path](
+                              size_t,
+                              const std::stop_token& stop) -> Result<std::vector<std::byte>> {
+            constexpr uintmax_t kMost_bytes = uintmax_t{1} << 28;
+            if (small)
+                if (Result<std::vector<std::byte>> known = small(path))
+                    return known;
+            std::error_code ignored;
+            if (std::filesystem::file_size(path, ignored) > kMost_bytes)
+                return fail("{}: too large for a picture in passing", path);
+            PALPATE_TRY(const LoadedVolume loaded, read(path, false, stop, [](double) {}));
+            return preview_of(loaded, SeriesPreviews::kSide_px);
+        };
+        file_preview_ = {path, std::make_unique<SeriesPreviews>(make, 1, options_.threaded)};
+    }
+    if (file_preview_.picture && file_preview_.picture->poll()) {
+        new_file_preview_ = true;
+        ++looks_;
+    }
 }
 
 std::string Viewer::file_name() const {
