@@ -222,7 +222,9 @@ void main() {
         const float depth = place.margin / max(slope, 1e-6); // pixels
         bool edge = false;
         const int looks =
-            max(length(x), length(y)) * frame.outline_px > 0.5 ? 8 : 0; // beyond these samples
+            place.label != 0u && max(length(x), length(y)) * frame.outline_px > 0.5
+                ? 8 // beyond these samples
+                : 0;
         for (int i = 0; i < looks; ++i) {
             const vec3 beside = point_on(plane, eye, vec2(pixel) + frame.outline_px * sides[i]);
             edge = edge || label_place(beside).label != place.label;
@@ -254,7 +256,8 @@ void main() {
         const float slope = length(vec2(dot(place.slope, x), dot(place.slope, y)));
         const float depth = place.margin / max(slope, 1e-6);
         bool rim = false;
-        const int looks = max(length(x), length(y)) * outline_px > 0.5 ? 8 : 0;
+        const int looks =
+            place.label != 0u && max(length(x), length(y)) * outline_px > 0.5 ? 8 : 0;
         for (int i = 0; i < looks; ++i) {
             const vec3 beside = point_on(plane, eye, vec2(pixel) + outline_px * sides[i]);
             rim = rim || overlay_place(beside).label != place.label;

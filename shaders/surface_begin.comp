@@ -21,13 +21,13 @@ layout(scalar, binding = kSurfaceCounts) writeonly buffer Counts { int counts[];
 layout(binding = kSurfaceBehindValues) uniform sampler2DArray behind_values;
 
 void main() {
-    const uvec2 pixel = uvec2(gl_GlobalInvocationID.x, frame.first_row + gl_WorkGroupID.y);
-    if (pixel.x >= frame.size_px.x)
+    const uvec2 pixel = pixel_of(uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y));
+    if (!is_drawn(pixel))
         return;
     const uint place = place_of(pixel);
     const vec2 at = image_point(vec2(pixel));
     const float slice = texelFetch(behind_values, ivec3(pixel, frame.eye), 0).g; // NaN: none
-    nearest[place] = slice > 0.0 ? key_of(slice / ray_mm(at), kSurfaceSlice) : kNothing;
+    nearest[place] = slice > 0.0 && frame.clears == 0u ? key_of(slice / ray_mm(at), kSurfaceSlice) : kNothing;
 #if HAS_THROUGH
     for (uint i = 0u; i < frame.depth; ++i)
         through[place * frame.depth + i] = kNothing;

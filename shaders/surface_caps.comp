@@ -56,8 +56,8 @@ void put(uint place, uvec2 key, float opacity) {
 const float kBefore = 7.6e-6;
 
 void main() {
-    const uvec2 pixel = uvec2(gl_GlobalInvocationID.x, frame.first_row + gl_WorkGroupID.y);
-    if (pixel.x >= frame.size_px.x)
+    const uvec2 pixel = pixel_of(uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y));
+    if (!is_drawn(pixel))
         return;
     const uint place = place_of(pixel);
     const vec2 at = image_point(vec2(pixel));

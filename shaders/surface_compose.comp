@@ -45,19 +45,22 @@ Seen seen_of(uvec2 key, vec2 at) {
 }
 
 void main() {
-    const uvec2 pixel = uvec2(gl_GlobalInvocationID.x, frame.first_row + gl_WorkGroupID.y);
-    if (pixel.x >= frame.size_px.x)
+    const uvec2 pixel = pixel_of(uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y));
+    if (!is_drawn(pixel))
         return;
     const ivec3 at_pixel = ivec3(pixel, frame.eye);
     const uint place = place_of(pixel);
     const vec2 at = image_point(vec2(pixel));
     const uvec2 opaque = nearest[place];
+    const bool clears = frame.clears != 0u;
     vec4 behind = imageLoad(behind_image, at_pixel);
+    behind = clears ? frame.nothing : behind;
     vec2 values = imageLoad(behind_values_image, at_pixel).rg;
+    values = clears ? vec2(uintBitsToFloat(0x7fc00000u)) : values;
     const Seen last = seen_of(opaque, at);
-    if (last.color.a > 0.0) {
-        behind = vec4(last.color.rgb, 1.0);
-        values = last.values;
+    if (last.color.a > 0.0 || clears) {
+        behind = last.color.a > 0.0 ? vec4(last.color.rgb, 1.0) : behind;
+        values = last.color.a > 0.0 ? last.values : values;
         imageStore(behind_image, at_pixel, behind);
         imageStore(behind_values_image, at_pixel, vec4(values, 0.0, 0.0));
     }

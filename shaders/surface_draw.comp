@@ -48,6 +48,7 @@ layout(scalar, binding = kSurfaceLarge) readonly buffer Large { uint large[]; };
 #else
 layout(scalar, binding = kSurfaceWork) buffer Work { SurfaceWork work; };
 layout(scalar, binding = kSurfaceLarge) writeonly buffer Large { uint large[]; };
+layout(scalar, binding = kSurfaceChunks) readonly buffer Chunks { uvec2 chunks[]; };
 #endif
 
 bool is_drawn_here(float opacity) {
@@ -152,10 +153,9 @@ ivec4 pixels_between(vec2 low, vec2 high) {
     const vec2 b = (high - frame.bounds.xw) * per_pixel - 0.5;
     // Rounding moves a point on the picture by less than 2^14 pixels * 2^-21.
     const float slack = 1.0 / 64.0;
-    const vec2 most = vec2(frame.size_px.x, frame.first_row + frame.rows);
-    const vec2 first = clamp(ceil(min(a, b) - slack), vec2(0.0, frame.first_row), most);
-    const vec2 last = clamp(floor(max(a, b) + slack), vec2(-1.0, float(frame.first_row) - 1.0),
-                            most - 1.0);
+    const vec2 least = vec2(frame.low_px), most = vec2(frame.low_px + frame.part_px);
+    const vec2 first = clamp(ceil(min(a, b) - slack), least, most);
+    const vec2 last = clamp(floor(max(a, b) + slack), least - 1.0, most - 1.0);
     return ivec4(ivec2(first), ivec2(last));
 }
 
@@ -218,8 +218,10 @@ void main() {
     const uint mesh_number = work.mesh;
     const SurfaceMesh mesh = frame.meshes[mesh_number];
     const uint group = gl_WorkGroupID.x + kSurfaceMostGroups * gl_WorkGroupID.y;
-    const uint asked = group * kSurfaceGroup + gl_LocalInvocationID.x;
-    const uint triangle = min(asked, work.triangle_count - 1u);
+    const uvec2 chunk = work.chunked != 0u ? chunks[group]
+                                           : uvec2(group * kSurfaceGroup, work.triangle_count);
+    const uint asked = chunk.x + gl_LocalInvocationID.x;
+    const uint triangle = min(asked, chunk.y - 1u);
     const Corners t = corners_of(mesh, triangle);
     const uint pair = labels_of(mesh, triangle);
     const vec3 depths = vec3(t.a.z, t.b.z, t.c.z);
@@ -227,7 +229,7 @@ void main() {
     const bool before = parallel || all(greaterThan(depths, vec3(0.0)));
     const bool partly = any(greaterThan(depths, vec3(0.0)));
     // Places of the pool that hold no triangle name one vertex thrice; no ray meets such.
-    const bool exists = asked < work.triangle_count && any(notEqual(t.a, t.b));
+    const bool exists = asked < chunk.y && any(notEqual(t.a, t.b));
     bool wanted = exists && is_wanted(mesh, pair) && partly;
     const vec2 a = projected(t.a), b = projected(t.b), c = projected(t.c);
     const ivec4 pixels = pixels_between(min(a, min(b, c)), max(a, max(b, c)));

@@ -45,8 +45,8 @@ uint seen_of(uint low, vec2 at, SurfaceMesh mesh) {
 }
 
 void main() {
-    const uvec2 pixel = uvec2(gl_GlobalInvocationID.x, frame.first_row + gl_WorkGroupID.y);
-    if (pixel.x >= frame.size_px.x)
+    const uvec2 pixel = pixel_of(uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y));
+    if (!is_drawn(pixel))
         return;
     const SurfaceMesh mesh = frame.meshes[work.mesh];
     const uint place = place_of(pixel);

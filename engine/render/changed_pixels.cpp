@@ -8,6 +8,7 @@
 #include "engine/render/targets.h"
 #include "engine/surface/block_nets.h"
 #include "engine/volume/changes.h"
+#include "shaders/shared/tiles.h"
 
 namespace palpate {
 
@@ -52,6 +53,11 @@ PixelBox united(const PixelBox& a, const PixelBox& b) {
     if (a.empty() || b.empty())
         return a.empty() ? b : a;
     return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
+}
+
+PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
+    const uint32_t side = gpu::kTileSide;
+    return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
 }
 
 PixelBox changed_pixels(const Scene& scene, const Volume& before, const Volume& after) {

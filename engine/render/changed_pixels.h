@@ -10,9 +10,12 @@ namespace palpate {
 struct PixelBox {
     glm::uvec2 low{0}, high{0};
     bool empty() const { return low.x >= high.x || low.y >= high.y; }
+    uint64_t count() const { return empty() ? 0 : uint64_t{high.x - low.x} * (high.y - low.y); }
     friend bool operator==(const PixelBox&, const PixelBox&) = default;
 };
 PixelBox united(const PixelBox& a, const PixelBox& b);
+// With all pixels of the tiles that it touches, in a picture of this size.
+PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px);
 
 // A box of pixels outside of which a scene's picture, in each of its eyes, stays the same when its
 // volume or its label map changes from `before` to `after`: about all changed samples that its

@@ -28,12 +28,6 @@ uint32_t tiles_of(const PixelBox& box) {
     return count.x * count.y;
 }
 
-// The pixels of the tiles that a box touches.
-PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
-    const uint32_t side = gpu::kTileSide;
-    return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
-}
-
 // ChangedPixels need meshes that are known and not see-through.
 bool can_redraw(const Scene& scene) {
     const auto is_whole = [](double opacity) { return opacity <= 0.0 || opacity >= 1.0; };

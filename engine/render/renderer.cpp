@@ -111,7 +111,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     else if (!passes.surfaces)
         passes.surfaces.emplace(*store_);
     if (passes.surfaces)
-        PALPATE_TRY(passes.surfaces->prepare(scene, data, task.views, task.commands));
+        PALPATE_TRY(passes.surfaces->prepare(scene, data, task.commands));
     const bool see_through = passes.surfaces && passes.surfaces->has_see_through();
     if (!passes.targets || !passes.targets->suit(scene, see_through)) {
         passes.targets.reset();
@@ -176,10 +176,9 @@ size_t Renderer::record_behind(Task& task) {
     if (passes_->surfaces) {
         if (!passes_->slices)
             targets.clear_behind(task.scene, task.commands);
-        passes_->surfaces->record(task.commands,
-                                  {*targets.behind, *targets.behind_values, *targets.color,
-                                   targets.values ? &*targets.values : nullptr,
-                                   targets.layers ? &*targets.layers : nullptr});
+        passes_->surfaces->record(frame, {*targets.behind, *targets.behind_values, *targets.color,
+                                          targets.values ? &*targets.values : nullptr,
+                                          targets.layers ? &*targets.layers : nullptr});
     } else if (passes_->ray_cast) {
         targets.record_background(task.scene, task.commands);
     }
@@ -191,13 +190,12 @@ size_t Renderer::record_behind(Task& task) {
 size_t Renderer::record_meshes_behind(Task& task) {
     PALPATE_ASSERT(!passes_->surfaces->has_see_through());
     Targets& targets = task.frame->targets;
-    size_t uploaded = 0;
-    if (passes_->slices)
-        uploaded = passes_->slices->record(*task.frame, {});
-    else
+    const size_t uploaded = passes_->slices ? passes_->slices->record(*task.frame, task.only) : 0;
+    if (!task.only && !passes_->slices)
         targets.clear_behind(task.scene, task.commands);
-    passes_->surfaces->record(task.commands, {*targets.behind, *targets.behind_values,
-                                              *targets.behind, nullptr, nullptr});
+    passes_->surfaces->record(
+        *task.frame, {*targets.behind, *targets.behind_values, *targets.behind, nullptr, nullptr},
+        task.only);
     return uploaded;
 }
 

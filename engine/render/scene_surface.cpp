@@ -66,6 +66,18 @@ void SceneSurface::list_arrays() {
                                    arena.end, capacity, first_number});
             first_number += capacity;
         }
+    if (!walls_)
+        return;
+    std::vector<SurfaceArrays*> of_arena;
+    size_t next = 0;
+    for (const SurfacePool::Arena& arena : walls_->pool().arenas())
+        of_arena.push_back(arena.end > 0 ? &arrays_[next++] : nullptr);
+    for (const std::optional<LabelWalls::Placed>& placed : walls_->placed())
+        if (placed)
+            of_arena[placed->range.arena]->parts.push_back(
+                {placed->range.first_triangle,
+                 placed->range.triangles,
+                 {glm::dvec3(placed->low_mm), glm::dvec3(placed->high_mm)}});
 }
 
 Result<size_t> SurfaceStore::take(Held& held, const std::string& name,

@@ -14,11 +14,18 @@
 
 namespace palpate {
 
+// Triangles of a surface that lie together, with a box about them in mesh space.
+struct SurfacePart {
+    uint32_t first, count;
+    AxisBox box;
+};
+
 // Buffers of the device that are drawn at once.
 struct SurfaceArrays {
     Buffer &positions, &triangles, &normals, &labels; // as GpuMesh's
     uint32_t triangle_count, capacity;                // drawn, and at most, until all are new
     uint32_t first_number;                            // of the triangles, in keys
+    std::vector<SurfacePart> parts{}; // all triangles; none: their places are unknown
 };
 
 // A surface of a scene on the device: a mesh, or a live surface, which is extracted into the

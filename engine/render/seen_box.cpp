@@ -37,22 +37,29 @@ std::optional<SeenBox> seen_box(const View& view, const glm::dmat4& world_from_b
     return seen;
 }
 
+std::optional<PixelBox> seen_pixels_of(const View& view, const glm::dmat4& world_from_box,
+                                       const AxisBox& box, glm::uvec2 size_px) {
+    const std::optional<SeenBox> seen = seen_box(view, world_from_box, box);
+    if (!seen)
+        return std::nullopt;
+    const glm::dvec2 size(size_px);
+    const auto inside = [&](glm::dvec2 px) {
+        return glm::uvec2(glm::clamp(px, glm::dvec2(0.0), size));
+    };
+    return PixelBox{inside(glm::floor(seen->low * size - 1.0)),
+                    inside(glm::ceil(seen->high * size + 1.0))};
+}
+
 PixelBox pixels_of(const Scene& scene, const Mesh& mesh) {
     const std::optional<AxisBox> box = box_of(mesh);
     if (!box)
         return {};
-    const glm::dvec2 size(scene.size_px);
-    const auto inside = [&](glm::dvec2 px) {
-        return glm::uvec2(glm::clamp(px, glm::dvec2(0.0), size));
-    };
     PixelBox all;
     for (const View& view : views_of(scene)) {
-        const std::optional<SeenBox> seen = seen_box(view, mesh.world_from_mesh, *box);
+        const auto seen = seen_pixels_of(view, mesh.world_from_mesh, *box, scene.size_px);
         if (!seen)
             return {glm::uvec2(0), scene.size_px};
-        // A pixel beyond, for rounding.
-        all = united(all, {inside(glm::floor(seen->low * size - 1.0)),
-                           inside(glm::ceil(seen->high * size + 1.0))});
+        all = united(all, *seen);
     }
     return all;
 }

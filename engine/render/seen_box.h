@@ -24,6 +24,10 @@ struct SeenBox {
 std::optional<SeenBox> seen_box(const View& view, const glm::dmat4& world_from_box,
                                 const AxisBox& box);
 
+// The pixels of a picture in which a box may be seen, and one beyond for rounding.
+std::optional<PixelBox> seen_pixels_of(const View& view, const glm::dmat4& world_from_box,
+                                       const AxisBox& box, glm::uvec2 size_px);
+
 // The pixels in which a mesh may be seen, in either eye.
 PixelBox pixels_of(const Scene& scene, const Mesh& mesh);
 

@@ -1,9 +1,10 @@
 #include "engine/render/surface_pass.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "engine/render/surface_frame.h"
+#include "engine/render/targets.h"
 #include "spirv/surface_begin.h"
 #include "spirv/surface_caps.h"
 #include "spirv/surface_compose.h"
@@ -19,42 +20,12 @@ namespace {
 // Rows are drawn at a time for which no buffer is larger than this.
 constexpr uint64_t kScratchBytes = uint64_t{256} << 20;
 
-// World as one eye sees it: millimetres right, up and forward of the eye. Differences are taken
-// before anything is rotated or rounded, so that a far-away patient costs no digits.
-struct CameraSpace {
-    explicit CameraSpace(const View& view)
-        : turn(glm::transpose(glm::dmat3(view.right, view.up, view.forward))),
-          eye_mm(view.eye_mm) {}
-
-    glm::dmat3 turn;
-    glm::dvec3 eye_mm;
-};
-
-gpu::SurfaceMesh mesh_block(const CameraSpace& camera, const glm::dmat4& world_from_mesh) {
-    const glm::dmat3 camera_from_mesh = camera.turn * glm::dmat3(world_from_mesh);
-    gpu::SurfaceMesh block{};
-    block.camera_from_mesh = glm::mat3(camera_from_mesh);
-    block.origin = glm::vec3(camera.turn * (glm::dvec3(world_from_mesh[3]) - camera.eye_mm));
-    block.covector_from_mesh = glm::mat3(glm::transpose(glm::inverse(camera_from_mesh)));
-    if (glm::determinant(glm::dmat3(world_from_mesh)) < 0.0)
-        block.flags |= gpu::kSurfaceMirrored;
-    return block;
-}
-
-gpu::SurfaceClip clip_block(const CameraSpace& camera, const ClipPlane& plane) {
-    const glm::dvec3 normal = glm::normalize(plane.normal);
-    return {glm::vec3(camera.turn * normal),
-            static_cast<float>(glm::dot(normal, camera.eye_mm - plane.point_mm))};
-}
-
 } // namespace
 
-Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
-                                  std::span<const View> views, Commands& commands) {
+Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
     PALPATE_TRY(keep_surfaces(scene, data, commands));
     PALPATE_TRY(keep_styles(scene, commands));
     keep_scratch(scene);
-    keep_frames(scene, views, commands);
     return {};
 }
 
@@ -176,69 +147,78 @@ void SurfacePass::keep_scratch(const Scene& scene) {
     }
 }
 
-// The rows of pixels in which meshes can be seen. Layers of see-through ones are written in all.
-SurfacePass::RowRange SurfacePass::seen_rows(const View& view, glm::uvec2 size_px) const {
+// The pixels in which meshes can be seen. Layers of see-through ones are written in all.
+PixelBox SurfacePass::seen_pixels(const View& view, glm::uvec2 size_px) const {
+    const PixelBox all{glm::uvec2(0), size_px};
     if (see_through_)
-        return {0, size_px.y};
-    double low = 1.0, high = 0.0; // shares of the picture's height
+        return all;
+    PixelBox pixels;
     for (const SurfaceStore::Held& held : surfaces_) {
         const SceneSurface& surface = *held.surface;
         if (surface.arrays().empty())
             continue;
-        const auto seen = surface.bounds()
-                              ? seen_box(view, surface.world_from_mesh(), *surface.bounds())
-                              : std::nullopt;
+        if (!surface.bounds())
+            return all;
+        const auto seen =
+            seen_pixels_of(view, surface.world_from_mesh(), *surface.bounds(), size_px);
         if (!seen)
-            return {0, size_px.y};
-        low = std::min(low, seen->low.y);
-        high = std::max(high, seen->high.y);
+            return all;
+        pixels = united(pixels, *seen);
     }
-    const auto row = [&](double at) { // a pixel beyond, for rounding
-        return static_cast<uint32_t>(std::clamp(at, 0.0, double(size_px.y)));
-    };
-    const RowRange rows{row(std::floor(low * size_px.y) - 1.0),
-                        row(std::ceil(high * size_px.y) + 1.0)};
-    return rows.first < rows.end ? rows : RowRange{0, 0};
+    return pixels;
 }
 
-void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, Commands& commands) {
-    size_px_ = scene.size_px;
+std::vector<SurfacePass::Part> SurfacePass::parts_of(const ViewFrame& frame,
+                                                     const std::optional<PixelBox>& only) const {
+    const Scene& scene = frame.scene;
+    std::vector<SurfaceFrameMesh> meshes;
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        const SceneSurface& surface = *surfaces_[i].surface;
+        meshes.push_back(
+            {surface.world_from_mesh(), first_styles_[i], style_counts_[i],
+             (surface.has_labels() ? gpu::kSurfaceHasLabels : 0u) |
+                 (surface.has_outer_labels() ? gpu::kSurfaceHasOuterLabels : 0u) |
+                 (surface.has_normals() && scene.surfaces[i].smooth ? gpu::kSurfaceHasNormals
+                                                                    : 0u)});
+    }
     const uint32_t step = rows_at_a_time(scene);
-    rows_.clear();
-    covers_all_ = true;
-    for (uint32_t eye = 0; eye < views.size(); ++eye) {
-        const View& view = views[eye];
-        const CameraSpace camera(view);
-        gpu::SurfaceFrame frame{};
-        for (size_t i = 0; i < surfaces_.size(); ++i) {
-            gpu::SurfaceMesh& block = frame.meshes[i];
-            block = mesh_block(camera, surfaces_[i].surface->world_from_mesh());
-            block.first_style = first_styles_[i];
-            block.style_count = style_counts_[i];
-            block.flags |=
-                (surfaces_[i].surface->has_labels() ? gpu::kSurfaceHasLabels : 0u) |
-                (surfaces_[i].surface->has_outer_labels() ? gpu::kSurfaceHasOuterLabels : 0u) |
-                (surfaces_[i].surface->has_normals() && scene.surfaces[i].smooth
-                     ? gpu::kSurfaceHasNormals
-                     : 0u);
+    std::vector<Part> parts;
+    for (uint32_t eye = 0; eye < frame.views.size(); ++eye) {
+        const View& view = frame.views[eye];
+        gpu::SurfaceFrame block = surface_frame(view, eye, scene, meshes);
+        if (only && scene.slices.empty()) {
+            block.clears = 1;
+            block.nothing = color_of_nothing(scene);
         }
-        for (size_t i = 0; i < scene.clip_planes.size(); ++i)
-            frame.clips[i] = clip_block(camera, scene.clip_planes[i]);
-        frame.bounds = glm::vec4(view.left, view.right_edge, view.bottom, view.top);
-        frame.size_px = scene.size_px;
-        frame.orthographic = view.projection == Projection::orthographic ? 1 : 0;
-        frame.eye = eye;
-        frame.mesh_count = static_cast<uint32_t>(surfaces_.size());
-        frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
-        frame.depth = scene.surface_depth;
-        const RowRange seen = seen_rows(view, scene.size_px);
-        covers_all_ = covers_all_ && seen.first == 0 && seen.end == scene.size_px.y;
-        for (uint32_t first = seen.first; first < seen.end; first += step) {
-            frame.first_row = first;
-            frame.rows = std::min(step, seen.end - first);
-            rows_.push_back({frame.rows, commands.upload(bytes_of(frame))});
+        const PixelBox box =
+            only ? of_whole_tiles(*only, scene.size_px) : seen_pixels(view, scene.size_px);
+        for (uint32_t row = box.low.y; row < box.high.y; row += step) {
+            const PixelBox rows{{box.low.x, row}, {box.high.x, std::min(row + step, box.high.y)}};
+            block.low_px = rows.low;
+            block.part_px = rows.high - rows.low;
+            parts.push_back(
+                {&view, rows, only.has_value(), frame.commands.upload(bytes_of(block))});
         }
     }
+    return parts;
+}
+
+// The triangles that may be seen in a part, a workgroup's each: first, and one past the last.
+std::vector<glm::uvec2> SurfacePass::chunks_seen(const Part& part, const SceneSurface& surface,
+                                                 const SurfaceArrays& arrays) const {
+    std::vector<glm::uvec2> chunks;
+    for (const SurfacePart& triangles : arrays.parts) {
+        const auto seen =
+            seen_pixels_of(*part.view, surface.world_from_mesh(), triangles.box, size_px_);
+        if (seen &&
+            (seen->empty() || seen->low.x >= part.box.high.x || seen->low.y >= part.box.high.y ||
+             seen->high.x <= part.box.low.x || seen->high.y <= part.box.low.y))
+            continue;
+        const uint32_t end = triangles.first + triangles.count;
+        for (uint32_t first = triangles.first; first < end; first += gpu::kSurfaceGroup)
+            chunks.push_back({first, std::min(first + gpu::kSurfaceGroup, end)});
+    }
+    return chunks;
 }
 
 // The resources that every stage over pixels needs, in the order of their bindings.
@@ -253,20 +233,26 @@ std::vector<Bound> SurfacePass::pixel_bindings(BufferSlice frame, bool through, 
 }
 
 void SurfacePass::start_work(Commands& commands, uint32_t surface, const SurfaceArrays& arrays,
-                             uint32_t turn) {
+                             uint32_t turn, bool chunked) {
     const gpu::SurfaceWork work{
-        0, 1, 1, 0, surface, turn, arrays.first_number, arrays.triangle_count};
+        0, 1, 1, 0, surface, turn, arrays.first_number, arrays.triangle_count, chunked ? 1u : 0u};
     const auto* words = reinterpret_cast<const uint32_t*>(&work);
     commands.fill(scratch_->work, std::span(words, sizeof work / sizeof *words));
 }
 
 // The opaque triangles of a surface, or the see-through ones; `turn` as in gpu::SurfaceWork.
-void SurfacePass::draw(Commands& commands, BufferSlice frame, uint32_t surface,
+void SurfacePass::draw(Commands& commands, const Part& part, uint32_t surface,
                        const SurfaceArrays& arrays, bool through, uint32_t turn) {
+    const bool culls = part.culls && !arrays.parts.empty();
+    const std::vector<glm::uvec2> chunks =
+        culls ? chunks_seen(part, *surfaces_[surface].surface, arrays) : std::vector<glm::uvec2>{};
+    if (culls && chunks.empty())
+        return;
+    const bool chunked = culls && chunks.size() <= gpu::kSurfaceMostGroups;
     spirv::SurfaceDraw shader{.has_through = through,
                               .has_clips = scratch_->clips,
                               .has_int64 = store_->device.has_int64_atomics()};
-    std::vector<Bound> bound = pixel_bindings(frame, through, true);
+    std::vector<Bound> bound = pixel_bindings(part.frame, through, true);
     if (scratch_->clips)
         bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
     if (scratch_->clips && !through)
@@ -274,36 +260,49 @@ void SurfacePass::draw(Commands& commands, BufferSlice frame, uint32_t surface,
     bound.push_back(bind_storage(gpu::kSurfacePositions, arrays.positions));
     bound.push_back(bind_storage(gpu::kSurfaceTriangles, arrays.triangles));
     bound.push_back(bind_storage(gpu::kSurfaceLabels, arrays.labels));
-    start_work(commands, surface, arrays, turn);
+    start_work(commands, surface, arrays, turn, chunked);
+    bound.push_back(chunked ? bind_storage(gpu::kSurfaceChunks,
+                                           commands.upload(std::as_bytes(std::span(chunks))))
+                            : bind_storage(gpu::kSurfaceChunks, arrays.triangles)); // is not read
     bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
     bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
-    const uint32_t groups = (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
+    const uint32_t groups =
+        chunked ? static_cast<uint32_t>(chunks.size())
+                : (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
     commands.dispatch(store_->pipelines.get(shader), bound,
                       {std::min(groups, gpu::kSurfaceMostGroups),
                        (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
+    bound.erase(bound.end() - 3); // of small ones alone
     for (Bound& b : std::span(bound).last(2))
         b.use = Use::storage_read;
     shader.is_large = true;
     commands.dispatch_indirect(store_->pipelines.get(shader), bound, scratch_->work);
 }
 
-void SurfacePass::record(Commands& commands, const Images& images) {
+void SurfacePass::record(const ViewFrame& frame, const Images& images,
+                         const std::optional<PixelBox>& only) {
+    Commands& commands = frame.commands;
     const bool clips = scratch_->clips;
+    size_px_ = frame.scene.size_px;
+    const std::vector<Part> parts = parts_of(frame, only);
     commands.begin_pass("surfaces");
-    if (!covers_all_ &&
+    uint64_t drawn = 0;
+    for (const Part& part : parts)
+        drawn += part.box.count();
+    if (drawn < frame.views.size() * PixelBox{glm::uvec2(0), size_px_}.count() &&
         &images.color != &images.behind) { // elsewhere the picture is what lies behind
         commands.copy(images.behind, images.color);
         if (images.values)
             commands.copy(images.behind_values, *images.values);
     }
-    for (const Rows& rows : rows_) {
-        const BufferSlice frame = rows.frame;
-        const glm::uvec3 pixels((size_px_.x + 63) / 64, rows.count, 1);
+    for (const Part& part : parts) {
+        const glm::uvec2 size = part.box.high - part.box.low;
+        const glm::uvec3 pixels((size.x + 63) / 64, size.y, 1);
         const auto dispatch = [&](const Shader& shader, const std::vector<Bound>& bound) {
             commands.dispatch(store_->pipelines.get(shader), bound, pixels);
         };
 
-        std::vector<Bound> begin = pixel_bindings(frame, see_through_, false);
+        std::vector<Bound> begin = pixel_bindings(part.frame, see_through_, false);
         if (clips) {
             begin.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept, Use::storage_write));
             begin.push_back(
@@ -320,27 +319,27 @@ void SurfacePass::record(Commands& commands, const Images& images) {
                 for (uint32_t i = 0; i < surfaces_.size(); ++i)
                     if (through ? has_through_[i] : has_opaque_[i] || (clips && turn == 0))
                         for (const SurfaceArrays& arrays : surfaces_[i].surface->arrays())
-                            draw(commands, frame, i, arrays, through, turn);
+                            draw(commands, part, i, arrays, through, turn);
 
         if (clips) {
-            std::vector<Bound> caps = pixel_bindings(frame, see_through_, true);
+            std::vector<Bound> caps = pixel_bindings(part.frame, see_through_, true);
             caps.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
             caps.push_back(bind_storage(gpu::kSurfaceCounts, *scratch_->counts));
             dispatch(spirv::SurfaceCaps{.has_through = see_through_}, caps);
         }
         for (uint32_t i = 0; i < surfaces_.size(); ++i)
             for (const SurfaceArrays& arrays : surfaces_[i].surface->arrays()) {
-                std::vector<Bound> shade = pixel_bindings(frame, see_through_, true);
+                std::vector<Bound> shade = pixel_bindings(part.frame, see_through_, true);
                 shade.push_back(bind_storage(gpu::kSurfacePositions, arrays.positions));
                 shade.push_back(bind_storage(gpu::kSurfaceNormals, arrays.normals));
                 shade.push_back(bind_storage(gpu::kSurfaceTriangles, arrays.triangles));
                 shade.push_back(bind_storage(gpu::kSurfaceLabels, arrays.labels));
-                start_work(commands, i, arrays, gpu::kSurfaceDepths);
+                start_work(commands, i, arrays, gpu::kSurfaceDepths, false);
                 shade.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work));
                 dispatch(spirv::SurfaceShade{.has_through = see_through_}, shade);
             }
 
-        std::vector<Bound> compose = pixel_bindings(frame, see_through_, true);
+        std::vector<Bound> compose = pixel_bindings(part.frame, see_through_, true);
         for (Bound& b : std::span(compose).subspan(2))
             b.use = Use::storage_read;
         compose.push_back(bind_storage_image(gpu::kSurfaceBehind, images.behind));

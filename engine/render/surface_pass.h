@@ -29,8 +29,7 @@ class SurfacePass {
     // scene.surfaces[i], and one that is the same object as before is not uploaded again. Live
     // surfaces follow data.volume. As SurfaceStore::take(). record() belongs into the same
     // commands.
-    Result<void> prepare(const Scene& scene, const SceneData& data, std::span<const View> views,
-                         Commands& commands);
+    Result<void> prepare(const Scene& scene, const SceneData& data, Commands& commands);
 
     bool has_see_through() const { return see_through_; }
     // The blocks of live surfaces that the last prepare() made: after an edit, those that read a
@@ -47,7 +46,11 @@ class SurfacePass {
         GpuImage* values; // gets its values and distances; may be null
         GpuImage* layers; // gets Scene::surface_depth layers an eye for the ray caster
     };
-    void record(Commands& commands, const Images& images);
+    // `only`: these pixels, with those of their tiles, over the frame before. Behind them lie the
+    // scene's slices, which have been drawn there, or nothing. Of surfaces whose places are known
+    // (SurfacePart) only what may be seen there is drawn.
+    void record(const ViewFrame& frame, const Images& images,
+                const std::optional<PixelBox>& only = {});
 
  private:
     // Buffers with one entry for each pixel of the rows that are drawn at a time.
@@ -60,18 +63,24 @@ class SurfacePass {
 
     Result<void> keep_surfaces(const Scene& scene, const SceneData& data, Commands& commands);
     Result<void> keep_styles(const Scene& scene, Commands& commands);
-    void keep_frames(const Scene& scene, std::span<const View> views, Commands& commands);
     void keep_scratch(const Scene& scene);
     uint32_t rows_at_a_time(const Scene& scene) const;
-    struct RowRange {
-        uint32_t first, end;
+    PixelBox seen_pixels(const View& view, glm::uvec2 size_px) const;
+    // Pixels that are drawn at a time, of one eye.
+    struct Part {
+        const View* view;
+        PixelBox box;
+        bool culls; // surfaces that lie elsewhere are left out
+        BufferSlice frame;
     };
-    RowRange seen_rows(const View& view, glm::uvec2 size_px) const;
-    void draw(Commands& commands, BufferSlice frame, uint32_t surface, const SurfaceArrays& arrays,
+    std::vector<Part> parts_of(const ViewFrame& frame, const std::optional<PixelBox>& only) const;
+    void draw(Commands& commands, const Part& part, uint32_t surface, const SurfaceArrays& arrays,
               bool through, uint32_t turn);
+    std::vector<glm::uvec2> chunks_seen(const Part& part, const SceneSurface& surface,
+                                        const SurfaceArrays& arrays) const;
     std::vector<Bound> pixel_bindings(BufferSlice frame, bool through, bool styles);
     void start_work(Commands& commands, uint32_t surface, const SurfaceArrays& arrays,
-                    uint32_t turn);
+                    uint32_t turn, bool chunked);
 
     RenderStore* store_;
     std::vector<SurfaceStore::Held> surfaces_; // of the scene
@@ -87,12 +96,6 @@ class SurfacePass {
     std::vector<uint32_t> first_styles_, style_counts_;
     std::vector<bool> has_opaque_, has_through_; // of each surface
     bool see_through_ = false;
-    struct Rows {
-        uint32_t count;
-        BufferSlice frame;
-    };
-    std::vector<Rows> rows_; // each eye's, of this frame
-    bool covers_all_ = true; // rows_ are all rows of the picture
     glm::uvec2 size_px_{0};
     std::optional<Scratch> scratch_;
 };

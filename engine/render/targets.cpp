@@ -18,13 +18,13 @@ struct Wanted {
     uint32_t layers;
 };
 
-glm::vec4 color_of_nothing(const Scene& scene) {
-    return glm::vec4(glm::vec3(scene.background), 0.0f);
-}
-
 const glm::vec4 kNoValue(std::numeric_limits<float>::quiet_NaN());
 
 } // namespace
+
+glm::vec4 color_of_nothing(const Scene& scene) {
+    return glm::vec4(glm::vec3(scene.background), 0.0f);
+}
 
 uint32_t eye_count(const Scene& scene) {
     return scene.stereo ? 2 : 1;

@@ -9,6 +9,9 @@
 
 namespace palpate {
 
+// The colour of a ray that meets nothing.
+glm::vec4 color_of_nothing(const Scene& scene);
+
 uint32_t eye_count(const Scene& scene);
 uint32_t all_eyes(const Scene& scene);          // bit e: eye e
 std::vector<View> views_of(const Scene& scene); // one an eye

@@ -1,5 +1,6 @@
 #include "engine/surface_gpu/label_walls.h"
 
+#include <limits>
 #include <numeric>
 
 namespace palpate {
@@ -8,7 +9,7 @@ LabelWalls::LabelWalls(GpuDevice& device, const Volume& labels, Commands& comman
                        const BlockNetsOptions& options)
     : nets_(labels, options),
       pool_(device, /*normals=*/true, /*edges=*/false, /*labels=*/true),
-      ranges_(nets_.block_count()) {
+      placed_(nets_.block_count()) {
     std::vector<uint32_t> all(nets_.block_count());
     std::iota(all.begin(), all.end(), 0u);
     bring(commands, all);
@@ -25,10 +26,10 @@ void LabelWalls::bring(Commands& commands, const std::vector<uint32_t>& numbers)
     std::vector<uint32_t> held; // their numbers: those with walls
     SurfacePool::Size still{};
     for (const uint32_t number : numbers) {
-        if (std::optional<PoolRange>& range = ranges_[number]) {
-            triangles_ -= range->triangles;
-            pool_.give(*range);
-            range.reset();
+        if (std::optional<Placed>& placed = placed_[number]) {
+            triangles_ -= placed->range.triangles;
+            pool_.give(placed->range);
+            placed.reset();
         }
         BlockNets::Block block = nets_.take(number);
         if (block.triangles.empty())
@@ -45,7 +46,12 @@ void LabelWalls::bring(Commands& commands, const std::vector<uint32_t>& numbers)
         const auto vertices = static_cast<uint32_t>(blocks[i].positions.size());
         const auto triangles = static_cast<uint32_t>(blocks[i].triangles.size());
         ranges.push_back(pool_.take(held[i], vertices, triangles, still, commands));
-        ranges_[held[i]] = ranges.back();
+        glm::vec3 low(std::numeric_limits<float>::max()), high = -low;
+        for (const glm::vec3 position : blocks[i].positions) {
+            low = glm::min(low, position);
+            high = glm::max(high, position);
+        }
+        placed_[held[i]] = {ranges.back(), low, high};
         triangles_ += triangles;
         const SurfacePool::Size size = SurfacePool::rounded({vertices, triangles});
         still.vertices -= size.vertices;

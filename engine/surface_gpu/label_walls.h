@@ -19,9 +19,16 @@ class LabelWalls {
                const BlockNetsOptions& options = {});
 
     const Volume& labels() const { return nets_.labels(); }
-    size_t block_count() const { return ranges_.size(); }
+    size_t block_count() const { return placed_.size(); }
     uint64_t triangles() const { return triangles_; }
     SurfacePool& pool() { return pool_; }
+
+    // A block's walls in the pool, and a box about them along the axes of mesh space, in mm.
+    struct Placed {
+        PoolRange range;
+        glm::vec3 low_mm, high_mm;
+    };
+    const std::vector<std::optional<Placed>>& placed() const { return placed_; } // by number
 
     // `after` has the grid of labels(). The walls are up to date for what is recorded after it.
     // Returns how many blocks were made again.
@@ -34,7 +41,7 @@ class LabelWalls {
 
     BlockNets nets_;
     SurfacePool pool_;
-    std::vector<std::optional<PoolRange>> ranges_; // by number of the block
+    std::vector<std::optional<Placed>> placed_;
     uint64_t triangles_ = 0;
 };
 

@@ -12,42 +12,38 @@ vec3 share_of(uint corner, vec3 f) {
     return mix(1.0 - f, f, bvec3((corner & 1u) != 0u, (corner & 2u) != 0u, (corner & 4u) != 0u));
 }
 
-// From the labels of the samples (x fastest) and the place among them, 0 .. 1.
+// From the labels of the samples (x fastest) and the place among them, 0 .. 1. Turns are as many as
+// there are labels about: mostly one.
 LabelPlace place_among(uint labels_about[8], vec3 f) {
-    float weight[8];
-    vec3 rise[8];
-    for (uint i = 0u; i < 8u; ++i) {
-        weight[i] = 0.0;
-        rise[i] = vec3(0.0);
+    vec4 shares[8]; // the linear weight's slope, and the weight
+    for (uint j = 0u; j < 8u; ++j) {
+        const bvec3 high = bvec3((j & 1u) != 0u, (j & 2u) != 0u, (j & 4u) != 0u);
+        const vec3 s = mix(1.0 - f, f, high);
+        const vec3 way = mix(vec3(-1.0), vec3(1.0), high);
+        shares[j] = vec4(way * vec3(s.y * s.z, s.x * s.z, s.x * s.y), s.x * s.y * s.z);
+    }
+    uint label = labels_about[0], other = labels_about[0];
+    vec4 most = vec4(0.0), next = vec4(0.0);
+    uint left = 0xffu; // corners whose label has not had its turn
+    while (left != 0u) {
+        uint asked = 0u;
+        for (uint j = 0u; j < 8u; ++j)
+            asked = (left & 0x80u >> j) != 0u ? labels_about[7u - j] : asked;
+        vec4 sum = vec4(0.0);
+        uint same = 0u;
         for (uint j = 0u; j < 8u; ++j) {
-            const vec3 s = share_of(j, f);
-            const vec3 way =
-                mix(vec3(-1.0), vec3(1.0),
-                    bvec3((j & 1u) != 0u, (j & 2u) != 0u, (j & 4u) != 0u));
-            const float same = labels_about[j] == labels_about[i] ? 1.0 : 0.0;
-            weight[i] += same * s.x * s.y * s.z;
-            rise[i] += same * way * vec3(s.y * s.z, s.x * s.z, s.x * s.y);
+            const bool is_same = labels_about[j] == asked;
+            sum += is_same ? shares[j] : vec4(0.0);
+            same |= is_same ? 1u << j : 0u;
         }
+        const bool first = sum.w > most.w, second = !first && sum.w > next.w;
+        other = first ? label : second ? asked : other;
+        next = first ? most : second ? sum : next;
+        label = first ? asked : label;
+        most = first ? sum : most;
+        left &= ~same;
     }
-    LabelPlace place = LabelPlace(labels_about[0], labels_about[0], weight[0], rise[0]);
-    for (uint i = 1u; i < 8u; ++i) {
-        const bool more = weight[i] > place.margin;
-        place.label = more ? labels_about[i] : place.label;
-        place.slope = more ? rise[i] : place.slope;
-        place.margin = more ? weight[i] : place.margin;
-    }
-    float next = 0.0;
-    vec3 next_rise = vec3(0.0);
-    place.other = place.label;
-    for (uint i = 0u; i < 8u; ++i) {
-        const bool more = labels_about[i] != place.label && weight[i] > next;
-        place.other = more ? labels_about[i] : place.other;
-        next_rise = more ? rise[i] : next_rise;
-        next = more ? weight[i] : next;
-    }
-    place.margin -= next;
-    place.slope -= next_rise;
-    return place;
+    return LabelPlace(label, next.w > 0.0 ? other : label, most.w - next.w, most.xyz - next.xyz);
 }
 
 // How opaque a label lies over a slice so many pixels within its edge.

@@ -23,8 +23,15 @@ vec3 ray_direction(vec2 at) {
     return frame.orthographic != 0u ? vec3(0.0, 0.0, 1.0) : vec3(at, 1.0) / ray_mm(at);
 }
 
-// A pixel's place among the rows of this pass.
-uint place_of(uvec2 pixel) { return pixel.x + frame.size_px.x * (pixel.y - frame.first_row); }
+// The pixel of an invocation, of workgroups of 64 in rows, and whether it is among those that are drawn.
+uvec2 pixel_of(uvec2 invocation) { return frame.low_px + invocation; }
+bool is_drawn(uvec2 pixel) { return pixel.x < frame.low_px.x + frame.part_px.x; }
+
+// A pixel's place among those that are drawn.
+uint place_of(uvec2 pixel) {
+    const uvec2 at = pixel - frame.low_px;
+    return at.x + frame.part_px.x * at.y;
+}
 
 // The depths between which every clip plane keeps what is seen; x > y where none does.
 vec2 kept_stretch(vec2 at) {

@@ -36,14 +36,16 @@ struct SurfaceClip {
     float offset;             // mm; the kept side is positive
 };
 
-// One eye's picture, or some rows of it.
+// One eye's picture, or a part of it.
 struct SurfaceFrame {
     SurfaceMesh meshes[kMaxSurfaceLayers];
     SurfaceClip clips[kMaxSurfaceClips];
     vec4 bounds;              // left, right, bottom, top of the image: tangents, or mm if orthographic
     uvec2 size_px;
     uint orthographic;        // 0 or 1
-    uint first_row, rows;     // of the picture
+    uvec2 low_px, part_px;    // the first pixel that is drawn, and how many each way
+    uint clears;              // 1: behind the surfaces lies `nothing`; 0: what the images hold
+    vec4 nothing;             // colour of a ray that meets nothing
     uint eye;
     uint mesh_count, clip_count;
     uint depth;               // see-through triangles a pixel keeps
@@ -56,7 +58,7 @@ struct SurfaceStyleEntry {
 };
 
 // The work that is drawn now: arrays of a mesh, which may have several. (0, 1, 1, 0, mesh, turn, first
-// number, count) before its triangles are.
+// number, count, chunked) before its triangles are.
 struct SurfaceWork {
     uint groups_x, groups_y, groups_z; // to draw what is listed
     uint listed;              // triangles over many pixels
@@ -64,6 +66,7 @@ struct SurfaceWork {
     uint turn;                // kSurfaceDepths or kSurfaceNumbers; with 64 bits at a time the first alone
     uint first_number;        // in keys: of the first triangle of the arrays
     uint triangle_count;
+    uint chunked;             // 1: workgroups draw the triangles that SurfaceChunks lists
 };
 const uint kSurfaceDepths = 0u;
 const uint kSurfaceNumbers = 1u;
@@ -89,6 +92,7 @@ const uint kSurfaceBehind = 12u;            // colour behind all rays
 const uint kSurfaceBehindValues = 13u;      // (value, distance in mm); NaN where there is none
 const uint kSurfaceColor = 14u;             // the picture without ray casting
 const uint kSurfaceValues = 15u;
+const uint kSurfaceChunks = 17u;            // uvec2[] a workgroup: the first triangle, one past the last
 const uint kSurfaceLayers = 16u;            // what lies in the rays' way: `depth` layers an eye
 GPU_END
 #endif

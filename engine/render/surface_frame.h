@@ -1,0 +1,23 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+
+#include "engine/scene/scene.h"
+#include "shaders/shared/surface.h"
+
+namespace palpate {
+
+// What a SurfaceFrame says of a surface beside the camera.
+struct SurfaceFrameMesh {
+    glm::dmat4 world_from_mesh;
+    uint32_t first_style, style_count;
+    uint32_t flags; // but for kSurfaceMirrored
+};
+
+// A scene's surfaces and clip planes as one eye sees them. Which pixels are drawn, and what lies
+// behind them, is the caller's.
+gpu::SurfaceFrame surface_frame(const View& view, uint32_t eye, const Scene& scene,
+                                std::span<const SurfaceFrameMesh> meshes);
+
+} // namespace palpate
