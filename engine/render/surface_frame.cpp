@@ -1,5 +1,8 @@
 #include "engine/render/surface_frame.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace palpate {
 
 namespace {
@@ -54,6 +57,47 @@ gpu::SurfaceFrame surface_frame(const View& view, uint32_t eye, const Scene& sce
     frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
     frame.depth = scene.surface_depth;
     return frame;
+}
+
+std::vector<gpu::SurfaceBlock> nearest_first(const View& view, const glm::dmat4& world_from_mesh,
+                                             std::span<const SurfacePart> parts) {
+    std::vector<std::pair<double, const SurfacePart*>> by_depth;
+    const glm::dmat3 turn(world_from_mesh);
+    for (const SurfacePart& part : parts) {
+        const glm::dvec3 half = 0.5 * (part.box.high - part.box.low);
+        const glm::dvec3 middle(world_from_mesh * glm::dvec4(part.box.low + half, 1.0));
+        const double depth = glm::dot(middle - view.eye_mm, view.forward);
+        const double reach = glm::length(turn * half) + 1e-6 * std::abs(depth);
+        if (depth + reach > 0.0 || view.projection == Projection::orthographic)
+            by_depth.emplace_back(depth, &part);
+    }
+    std::ranges::sort(by_depth, {}, [](const auto& at) { return at.first; });
+    std::vector<gpu::SurfaceBlock> blocks;
+    for (const auto& [depth, part] : by_depth)
+        blocks.push_back(
+            {part->first, part->count, glm::vec3(part->box.low), glm::vec3(part->box.high)});
+    return blocks;
+}
+
+std::vector<SurfaceBatch> batches_of(std::span<const gpu::SurfaceBlock> blocks) {
+    // Each batch hides what comes after, and costs three dispatches. The walls of 116 labels took
+    // 38, 32 and 33 ms of a processor a picture with 8, 16 and 32 batches, and 75 in one.
+    constexpr uint32_t kBatches = 16, kLeastBlocks = 64;
+    const auto all = static_cast<uint32_t>(blocks.size());
+    const uint32_t most = std::max(kLeastBlocks, (all + kBatches - 1) / kBatches);
+    std::vector<SurfaceBatch> batches;
+    uint64_t groups = 0;
+    for (uint32_t i = 0; i < all; ++i) {
+        const uint32_t more = (blocks[i].count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
+        if (batches.empty() || batches.back().count == most ||
+            groups + more > gpu::kSurfaceMostGroups) {
+            batches.push_back({i, 0});
+            groups = 0;
+        }
+        ++batches.back().count;
+        groups += more;
+    }
+    return batches;
 }
 
 } // namespace palpate

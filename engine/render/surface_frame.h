@@ -2,7 +2,9 @@
 
 #include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
+#include "engine/render/scene_surface.h"
 #include "engine/scene/scene.h"
 #include "shaders/shared/surface.h"
 
@@ -19,5 +21,16 @@ struct SurfaceFrameMesh {
 // behind them, is the caller's.
 gpu::SurfaceFrame surface_frame(const View& view, uint32_t eye, const Scene& scene,
                                 std::span<const SurfaceFrameMesh> meshes);
+
+// The blocks of a surface that are not wholly behind the eye, those whose boxes' middles are
+// nearest first.
+std::vector<gpu::SurfaceBlock> nearest_first(const View& view, const glm::dmat4& world_from_mesh,
+                                             std::span<const SurfacePart> parts);
+
+// Blocks that are searched and drawn at a time: the first, and how many.
+struct SurfaceBatch {
+    uint32_t first, count;
+};
+std::vector<SurfaceBatch> batches_of(std::span<const gpu::SurfaceBlock> blocks);
 
 } // namespace palpate

@@ -9,6 +9,7 @@
 #include "spirv/surface_caps.h"
 #include "spirv/surface_compose.h"
 #include "spirv/surface_draw.h"
+#include "spirv/surface_search.h"
 #include "spirv/surface_shade.h"
 
 namespace palpate {
@@ -133,9 +134,12 @@ void SurfacePass::keep_scratch(const Scene& scene) {
     const auto buffer = [&](const char* name, uint64_t bytes) {
         return Buffer(store_->device, name, bytes, Memory::device);
     };
+    // A block's triangles are eight or more places (SurfacePool), and a chunk is eight bytes.
     scratch_.emplace(Scratch{
         places, meshes, depth, clips, buffer("nearest triangles", places * sizeof(uint64_t)),
-        buffer("surface work", sizeof(gpu::SurfaceWork)), buffer("wide triangles", large_bytes),
+        buffer("surface work", sizeof(gpu::SurfaceWork)),
+        buffer("surface search", sizeof(gpu::SurfaceSearch)), buffer("wide triangles", large_bytes),
+        buffer("surface chunks", std::max<uint64_t>(most_triangles, sizeof(glm::uvec2))),
         std::nullopt, std::nullopt, std::nullopt});
     if (depth > 0)
         scratch_->through.emplace(
@@ -196,29 +200,10 @@ std::vector<SurfacePass::Part> SurfacePass::parts_of(const ViewFrame& frame,
             const PixelBox rows{{box.low.x, row}, {box.high.x, std::min(row + step, box.high.y)}};
             block.low_px = rows.low;
             block.part_px = rows.high - rows.low;
-            parts.push_back(
-                {&view, rows, only.has_value(), frame.commands.upload(bytes_of(block))});
+            parts.push_back({&view, rows, frame.commands.upload(bytes_of(block))});
         }
     }
     return parts;
-}
-
-// The triangles that may be seen in a part, a workgroup's each: first, and one past the last.
-std::vector<glm::uvec2> SurfacePass::chunks_seen(const Part& part, const SceneSurface& surface,
-                                                 const SurfaceArrays& arrays) const {
-    std::vector<glm::uvec2> chunks;
-    for (const SurfacePart& triangles : arrays.parts) {
-        const auto seen =
-            seen_pixels_of(*part.view, surface.world_from_mesh(), triangles.box, size_px_);
-        if (seen &&
-            (seen->empty() || seen->low.x >= part.box.high.x || seen->low.y >= part.box.high.y ||
-             seen->high.x <= part.box.low.x || seen->high.y <= part.box.low.y))
-            continue;
-        const uint32_t end = triangles.first + triangles.count;
-        for (uint32_t first = triangles.first; first < end; first += gpu::kSurfaceGroup)
-            chunks.push_back({first, std::min(first + gpu::kSurfaceGroup, end)});
-    }
-    return chunks;
 }
 
 // The resources that every stage over pixels needs, in the order of their bindings.
@@ -240,19 +225,15 @@ void SurfacePass::start_work(Commands& commands, uint32_t surface, const Surface
     commands.fill(scratch_->work, std::span(words, sizeof work / sizeof *words));
 }
 
-// The opaque triangles of a surface, or the see-through ones; `turn` as in gpu::SurfaceWork.
-void SurfacePass::draw(Commands& commands, const Part& part, uint32_t surface,
-                       const SurfaceArrays& arrays, bool through, uint32_t turn) {
-    const bool culls = part.culls && !arrays.parts.empty();
-    const std::vector<glm::uvec2> chunks =
-        culls ? chunks_seen(part, *surfaces_[surface].surface, arrays) : std::vector<glm::uvec2>{};
-    if (culls && chunks.empty())
-        return;
-    const bool chunked = culls && chunks.size() <= gpu::kSurfaceMostGroups;
-    spirv::SurfaceDraw shader{.has_through = through,
-                              .has_clips = scratch_->clips,
-                              .has_int64 = store_->device.has_int64_atomics()};
-    std::vector<Bound> bound = pixel_bindings(part.frame, through, true);
+// What draws the opaque triangles of a surface, or the see-through ones; the last of its resources
+// is the list of those over many pixels, and before it the work.
+SurfacePass::Drawing SurfacePass::drawing(const Part& part, const SurfaceArrays& arrays,
+                                          bool through) {
+    Drawing drawing{{.has_through = through,
+                     .has_clips = scratch_->clips,
+                     .has_int64 = store_->device.has_int64_atomics()},
+                    pixel_bindings(part.frame, through, true)};
+    std::vector<Bound>& bound = drawing.bound;
     if (scratch_->clips)
         bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
     if (scratch_->clips && !through)
@@ -260,23 +241,53 @@ void SurfacePass::draw(Commands& commands, const Part& part, uint32_t surface,
     bound.push_back(bind_storage(gpu::kSurfacePositions, arrays.positions));
     bound.push_back(bind_storage(gpu::kSurfaceTriangles, arrays.triangles));
     bound.push_back(bind_storage(gpu::kSurfaceLabels, arrays.labels));
-    start_work(commands, surface, arrays, turn, chunked);
-    bound.push_back(chunked ? bind_storage(gpu::kSurfaceChunks,
-                                           commands.upload(std::as_bytes(std::span(chunks))))
-                            : bind_storage(gpu::kSurfaceChunks, arrays.triangles)); // is not read
     bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
     bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
-    const uint32_t groups =
-        chunked ? static_cast<uint32_t>(chunks.size())
-                : (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
-    commands.dispatch(store_->pipelines.get(shader), bound,
-                      {std::min(groups, gpu::kSurfaceMostGroups),
-                       (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
-    bound.erase(bound.end() - 3); // of small ones alone
-    for (Bound& b : std::span(bound).last(2))
+    return drawing;
+}
+
+// Small triangles, which list those over many pixels, and then these. `turn` as in
+// gpu::SurfaceWork.
+void SurfacePass::draw(Commands& commands, const Part& part, uint32_t surface,
+                       const SurfaceArrays& arrays, bool through, uint32_t turn) {
+    Drawing small = drawing(part, arrays, through), large = small;
+    small.bound.push_back(bind_storage(gpu::kSurfaceChunks, scratch_->chunks));
+    large.shader.is_large = true;
+    for (Bound& b : std::span(large.bound).last(2))
         b.use = Use::storage_read;
-    shader.is_large = true;
-    commands.dispatch_indirect(store_->pipelines.get(shader), bound, scratch_->work);
+    const ComputePipeline& pipeline = store_->pipelines.get(small.shader);
+    if (arrays.parts.empty()) {
+        start_work(commands, surface, arrays, turn, false);
+        const uint32_t groups =
+            (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
+        commands.dispatch(pipeline, small.bound,
+                          {std::min(groups, gpu::kSurfaceMostGroups),
+                           (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
+        commands.dispatch_indirect(store_->pipelines.get(large.shader), large.bound,
+                                   scratch_->work);
+        return;
+    }
+    const std::vector<gpu::SurfaceBlock> blocks =
+        nearest_first(*part.view, surfaces_[surface].surface->world_from_mesh(), arrays.parts);
+    const std::array search{
+        bind_uniform(gpu::kSurfaceFrame, part.frame),
+        bind_storage(gpu::kSurfaceNearest, scratch_->nearest),
+        bind_storage(gpu::kSurfaceChunks, scratch_->chunks, Use::storage_write),
+        bind_storage(gpu::kSurfaceBlocks, commands.upload(std::as_bytes(std::span(blocks)))),
+        bind_storage(gpu::kSurfaceSearch, scratch_->search, Use::storage_write)};
+    for (const auto& [first, count] : batches_of(blocks)) {
+        // Caps count all triangles, also hidden ones.
+        const bool hides = first > 0 && !(scratch_->clips && !through);
+        const gpu::SurfaceSearch begin{0, 1, 1, surface, first, count, hides ? 1u : 0u};
+        const auto* words = reinterpret_cast<const uint32_t*>(&begin);
+        commands.fill(scratch_->search, std::span(words, sizeof begin / sizeof *words));
+        commands.dispatch(store_->pipelines.get(spirv::SurfaceSearch{}), search,
+                          {(count + 63) / 64, 1, 1});
+        start_work(commands, surface, arrays, turn, true);
+        commands.dispatch_indirect(pipeline, small.bound, scratch_->search);
+        commands.dispatch_indirect(store_->pipelines.get(large.shader), large.bound,
+                                   scratch_->work);
+    }
 }
 
 void SurfacePass::record(const ViewFrame& frame, const Images& images,

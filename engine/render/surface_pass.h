@@ -6,6 +6,7 @@
 
 #include "engine/render/render_store.h"
 #include "shaders/shared/surface.h"
+#include "spirv/surface_draw.h"
 
 namespace palpate {
 
@@ -17,7 +18,9 @@ namespace palpate {
 // One compute invocation a triangle finds the pixels whose rays meet it (wide ones get a workgroup
 // each) and leaves the smallest key, so that one code serves devices with and without a rasteriser,
 // both eyes and any camera, and no order of execution shows: docs/decisions. Rays run exactly
-// through the centres of pixels, and of triangles with a common edge one is met.
+// through the centres of pixels, and of triangles with a common edge one is met. Of surfaces whose
+// parts are known (SurfacePart) those are left out that lie beside the pixels that are drawn, or
+// behind opaque surfaces that have been.
 class SurfacePass {
  public:
     explicit SurfacePass(RenderStore& store) : store_(&store) {}
@@ -47,8 +50,7 @@ class SurfacePass {
         GpuImage* layers; // gets Scene::surface_depth layers an eye for the ray caster
     };
     // `only`: these pixels, with those of their tiles, over the frame before. Behind them lie the
-    // scene's slices, which have been drawn there, or nothing. Of surfaces whose places are known
-    // (SurfacePart) only what may be seen there is drawn.
+    // scene's slices, which have been drawn there, or nothing.
     void record(const ViewFrame& frame, const Images& images,
                 const std::optional<PixelBox>& only = {});
 
@@ -57,7 +59,7 @@ class SurfacePass {
     struct Scratch {
         uint32_t places, mesh_count, depth; // pixels; depth and counts only where used
         bool clips;
-        Buffer nearest, work, large;
+        Buffer nearest, work, search, large, chunks;
         std::optional<Buffer> through, kept, counts;
     };
 
@@ -70,14 +72,16 @@ class SurfacePass {
     struct Part {
         const View* view;
         PixelBox box;
-        bool culls; // surfaces that lie elsewhere are left out
         BufferSlice frame;
     };
     std::vector<Part> parts_of(const ViewFrame& frame, const std::optional<PixelBox>& only) const;
     void draw(Commands& commands, const Part& part, uint32_t surface, const SurfaceArrays& arrays,
               bool through, uint32_t turn);
-    std::vector<glm::uvec2> chunks_seen(const Part& part, const SceneSurface& surface,
-                                        const SurfaceArrays& arrays) const;
+    struct Drawing {
+        spirv::SurfaceDraw shader;
+        std::vector<Bound> bound;
+    };
+    Drawing drawing(const Part& part, const SurfaceArrays& arrays, bool through);
     std::vector<Bound> pixel_bindings(BufferSlice frame, bool through, bool styles);
     void start_work(Commands& commands, uint32_t surface, const SurfaceArrays& arrays,
                     uint32_t turn, bool chunked);

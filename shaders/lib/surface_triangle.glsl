@@ -62,7 +62,9 @@ Hit meet(Corners t, vec2 at) {
     const float whole = sum_of(areas);
     const float divisor = whole == 0.0 ? 1.0 : whole;
     precise const vec3 lifted = areas * vec3(t.a.z, t.b.z, t.c.z);
-    hit.depth = sum_of(lifted) / divisor;
+    // Between the corners' also of a sliver: nothing behind a wall comes before it.
+    const vec3 z = vec3(t.a.z, t.b.z, t.c.z);
+    hit.depth = clamp(sum_of(lifted) / divisor, min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
     hit.weights = areas / divisor;
     hit.met = hit.met && whole != 0.0 && hit.depth > 0.0;
     return hit;

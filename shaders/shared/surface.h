@@ -66,7 +66,21 @@ struct SurfaceWork {
     uint turn;                // kSurfaceDepths or kSurfaceNumbers; with 64 bits at a time the first alone
     uint first_number;        // in keys: of the first triangle of the arrays
     uint triangle_count;
-    uint chunked;             // 1: workgroups draw the triangles that SurfaceChunks lists
+    uint chunked;             // 1: workgroups draw the triangles that kSurfaceChunks lists
+};
+
+// Triangles of a surface that lie together, and a box about them in mesh space.
+struct SurfaceBlock {
+    uint first, count;
+    vec3 low, high;
+};
+
+// The search for blocks that may be seen: (0, 1, 1, mesh, first, count, hides) before it.
+struct SurfaceSearch {
+    uint groups_x, groups_y, groups_z; // to draw what is found
+    uint mesh;
+    uint first, count;        // of the blocks
+    uint hides;               // 1: what lies behind opaque surfaces that are drawn is left out
 };
 const uint kSurfaceDepths = 0u;
 const uint kSurfaceNumbers = 1u;
@@ -93,6 +107,8 @@ const uint kSurfaceBehindValues = 13u;      // (value, distance in mm); NaN wher
 const uint kSurfaceColor = 14u;             // the picture without ray casting
 const uint kSurfaceValues = 15u;
 const uint kSurfaceChunks = 17u;            // uvec2[] a workgroup: the first triangle, one past the last
+const uint kSurfaceBlocks = 18u;            // SurfaceBlock[]: the nearest first
+const uint kSurfaceSearch = 19u;            // SurfaceSearch, also read as the groups of a dispatch
 const uint kSurfaceLayers = 16u;            // what lies in the rays' way: `depth` layers an eye
 GPU_END
 #endif
