@@ -47,6 +47,24 @@ bool meets(const SliceLayer& slice, const Grid& grid, const AxisBox& box) {
     return low <= 0.5 * slice.slab_mm && high >= -0.5 * slice.slab_mm;
 }
 
+// Boxes that hold all samples that differ: close about them, but where they are all over.
+std::vector<ChangedBox> boxes_of_change(const Volume& before, const Volume& after) {
+    constexpr size_t kFewBricks = 64;
+    const std::vector<ChangedBrick> bricks = changed_bricks(before, after);
+    std::vector<ChangedBox> all;
+    for (const ChangedBrick& brick : bricks) {
+        if (bricks.size() > kFewBricks) {
+            const auto [low, high] = changed_samples(brick);
+            const glm::ivec3 first(brick.position * kBrickSide);
+            all.push_back({first + glm::ivec3(low), first + glm::ivec3(high) - 1});
+            continue;
+        }
+        const std::vector<ChangedBox> boxes = changed_boxes(before, after, brick);
+        all.insert(all.end(), boxes.begin(), boxes.end());
+    }
+    return all;
+}
+
 } // namespace
 
 PixelBox united(const PixelBox& a, const PixelBox& b) {
@@ -73,10 +91,8 @@ PixelBox changed_pixels(const Scene& scene, const Volume& before, const Volume& 
     const bool has_walls = shows_walls(scene);
     const double reach = has_walls ? reach_of_walls() : kReach;
     PixelBox changed;
-    for (const ChangedBrick& brick : changed_bricks(before, after)) {
-        const auto [low, high] = changed_samples(brick);
-        const glm::dvec3 first(brick.position * kBrickSide);
-        const AxisBox box{first + glm::dvec3(low) - reach, first + glm::dvec3(high) - 1.0 + reach};
+    for (const ChangedBox& samples : boxes_of_change(before, after)) {
+        const AxisBox box{glm::dvec3(samples.first) - reach, glm::dvec3(samples.last) + reach};
         const auto shows = [&](const SliceLayer& slice) { return meets(slice, after.grid(), box); };
         if (!scene.ray_cast && !has_walls &&
             std::none_of(scene.slices.begin(), scene.slices.end(), shows))

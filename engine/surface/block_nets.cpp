@@ -3,7 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
+#include <numeric>
+#include <span>
 
 #include "engine/base/assert.h"
 #include "engine/surface/net_normals.h"
@@ -17,7 +18,6 @@ namespace {
 
 constexpr int kNetSide = 8;        // cells
 constexpr size_t kMostBoxes = 512; // that are looked at pair by pair
-constexpr int kBrick = int{kBrickSide}, kBlock = int{kBlockSide};
 
 // Samples first .. first + size - 1 as a volume of their own.
 Volume copied(const Volume& labels, glm::ivec3 first, glm::ivec3 size) {
@@ -34,29 +34,46 @@ double volume_of(glm::ivec3 first, glm::ivec3 last) {
     return size.x * size.y * size.z;
 }
 
-// The triangles of a part that one block owns, with vertices of their own.
-BlockNets::Block block_of(const Mesh& mesh, const std::vector<uint32_t>& triangles) {
-    BlockNets::Block block;
-    std::vector<uint32_t> used;
-    for (const uint32_t n : triangles)
-        for (int corner = 0; corner < 3; ++corner)
-            used.push_back(mesh.triangles[n][corner]);
-    std::ranges::sort(used);
-    used.erase(std::unique(used.begin(), used.end()), used.end());
-    for (const uint32_t v : used) {
-        block.positions.push_back(mesh.positions[v]);
-        block.normals.push_back(mesh.normals[v]);
+// Blocks of a part, with vertices of their own, numbered as triangles come upon them.
+class BlockCopy {
+ public:
+    explicit BlockCopy(const Mesh& mesh) : mesh_(mesh), number_(mesh.positions.size(), kNone) {}
+
+    BlockNets::Block of(std::span<const uint32_t> triangles) {
+        BlockNets::Block block;
+        block.triangles.reserve(triangles.size());
+        block.labels.reserve(triangles.size());
+        used_.clear();
+        for (const uint32_t n : triangles) {
+            glm::uvec3 triangle = mesh_.triangles[n];
+            for (int corner = 0; corner < 3; ++corner) {
+                uint32_t& number = number_[triangle[corner]];
+                if (number == kNone) {
+                    number = static_cast<uint32_t>(used_.size());
+                    used_.push_back(triangle[corner]);
+                }
+                triangle[corner] = number;
+            }
+            block.triangles.push_back(triangle);
+            block.labels.push_back(uint32_t{mesh_.labels[n]} | uint32_t{mesh_.outer_labels[n]}
+                                                                   << 16);
+        }
+        block.positions.reserve(used_.size());
+        block.normals.reserve(used_.size());
+        for (const uint32_t v : used_) {
+            block.positions.push_back(mesh_.positions[v]);
+            block.normals.push_back(mesh_.normals[v]);
+            number_[v] = kNone;
+        }
+        return block;
     }
-    for (const uint32_t n : triangles) {
-        glm::uvec3 triangle;
-        for (int corner = 0; corner < 3; ++corner)
-            triangle[corner] = static_cast<uint32_t>(
-                std::ranges::lower_bound(used, mesh.triangles[n][corner]) - used.begin());
-        block.triangles.push_back(triangle);
-        block.labels.push_back(uint32_t{mesh.labels[n]} | uint32_t{mesh.outer_labels[n]} << 16);
-    }
-    return block;
-}
+
+ private:
+    static constexpr uint32_t kNone = ~0u;
+    const Mesh& mesh_;
+    std::vector<uint32_t> number_; // of the part's vertices in the block
+    std::vector<uint32_t> used_;
+};
 
 } // namespace
 
@@ -76,7 +93,7 @@ uint32_t BlockNets::number_of(glm::ivec3 block) const {
 // A sample is read by the cells on its two sides. A pass moves vertices two cells away; a normal
 // reads its triangles, and its rounds one cell further each. A wall has corners in its own cell and
 // the ones before.
-BlockNets::Box BlockNets::blocks_moved_by(const Box& samples) const {
+ChangedBox BlockNets::blocks_moved_by(const ChangedBox& samples) const {
     const auto reach = static_cast<int>(2 * options_.passes + 1 + options_.normal_rounds);
     return {glm::max(samples.first - reach, glm::ivec3(0)) / kNetSide,
             glm::min((samples.last + 1 + reach + 1) / kNetSide, count_ - 1)};
@@ -84,19 +101,19 @@ BlockNets::Box BlockNets::blocks_moved_by(const Box& samples) const {
 
 // The samples of all cells from which the blocks follow. The cells on the part's own border lie
 // outside of these: there it has walls that the volume has not.
-BlockNets::Box BlockNets::samples_read_for(const Box& blocks) const {
+ChangedBox BlockNets::samples_read_for(const ChangedBox& blocks) const {
     const auto reach = static_cast<int>(2 * options_.passes + 1 + options_.normal_rounds);
     return {glm::max(kNetSide * blocks.first - 2 - reach, glm::ivec3(0)),
             glm::min(kNetSide * (blocks.last + 1) - 1 + reach, glm::ivec3(labels_.size()) - 1)};
 }
 
-double BlockNets::work_of(const Box& samples) const {
-    const Box read = samples_read_for(blocks_moved_by(samples));
+double BlockNets::work_of(const ChangedBox& samples) const {
+    const ChangedBox read = samples_read_for(blocks_moved_by(samples));
     return volume_of(read.first, read.last);
 }
 
-void BlockNets::make(const Box& blocks) {
-    const Box read = samples_read_for(blocks);
+void BlockNets::make(const ChangedBox& blocks) {
+    const ChangedBox read = samples_read_for(blocks);
     const bool is_whole = blocks.first == glm::ivec3(0) && blocks.last == count_ - 1;
     const Volume part =
         is_whole ? labels_ : copied(labels_, read.first, read.last - read.first + 1);
@@ -105,68 +122,49 @@ void BlockNets::make(const Box& blocks) {
                           {.passes = options_.passes, .bound = options_.bound, .stop = {}});
     made.mesh.normals = wall_normals(made.mesh, options_.normal_rounds);
     const glm::ivec3 size = blocks.last - blocks.first + 1;
-    std::vector<std::vector<uint32_t>> triangles(size_t(size.x) * size_t(size.y) * size_t(size.z));
-    const auto list_at = [&](glm::ivec3 at) {
-        return size_t(at.x) + size_t(size.x) * (size_t(at.y) + size_t(size.y) * size_t(at.z));
-    };
-    for (uint32_t n = 0; n < made.owners.size(); ++n) {
+    const size_t blocks_here = size_t(size.x) * size_t(size.y) * size_t(size.z);
+    const auto list_of = [&](uint32_t n) { // of the block that owns a triangle; past all: no such
         const glm::ivec3 at = made.owners[n] / kNetSide - blocks.first;
-        if (glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) && glm::all(glm::lessThan(at, size)))
-            triangles[list_at(at)].push_back(n);
-    }
+        const bool is_here =
+            glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) && glm::all(glm::lessThan(at, size));
+        return is_here
+                   ? size_t(at.x) + size_t(size.x) * (size_t(at.y) + size_t(size.y) * size_t(at.z))
+                   : blocks_here;
+    };
+    const auto count = static_cast<uint32_t>(made.owners.size());
+    std::vector<uint32_t> first(blocks_here + 2, 0), listed(count);
+    for (uint32_t n = 0; n < count; ++n)
+        ++first[list_of(n) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<uint32_t> next(first.begin(), first.end() - 1);
+    for (uint32_t n = 0; n < count; ++n)
+        listed[next[list_of(n)]++] = n;
     tbb::parallel_for(0, size.z, [&](int z) {
+        BlockCopy copy(made.mesh);
         for (int y = 0; y < size.y; ++y)
-            for (int x = 0; x < size.x; ++x)
+            for (int x = 0; x < size.x; ++x) {
+                const size_t list =
+                    size_t(x) + size_t(size.x) * (size_t(y) + size_t(size.y) * size_t(z));
                 blocks_[number_of(blocks.first + glm::ivec3(x, y, z))] =
-                    block_of(made.mesh, triangles[list_at({x, y, z})]);
+                    copy.of(std::span(listed).subspan(first[list], first[list + 1] - first[list]));
+            }
     });
 }
 
-// A box about the samples that differ, for each changed block of samples.
-std::vector<BlockNets::Box> BlockNets::changed_boxes(const Volume& after) const {
-    std::vector<Box> boxes;
-    std::vector<uint16_t> before_samples(kBlock * kBlock * kBlock), now_samples(before_samples);
-    for (const ChangedBrick& brick : changed_bricks(labels_, after))
-        for (uint64_t left = brick.blocks; left != 0; left &= left - 1) {
-            const int n = std::countr_zero(left), side = int{kBlocksPerSide};
-            const glm::ivec3 first =
-                glm::ivec3(brick.position) * kBrick +
-                kBlock * glm::ivec3(n % side, n / side % side, n / (side * side));
-            if (!glm::all(glm::lessThan(first, glm::ivec3(after.size())))) // padding
-                continue;
-            const glm::ivec3 size = glm::min(glm::ivec3(kBlock), glm::ivec3(after.size()) - first);
-            read_box(labels_, first, size, {kBlock, kBlock * kBlock}, before_samples.data());
-            read_box(after, first, size, {kBlock, kBlock * kBlock}, now_samples.data());
-            Box box{glm::ivec3(kBlock), glm::ivec3(-1)};
-            for (int z = 0; z < size.z; ++z)
-                for (int y = 0; y < size.y; ++y)
-                    for (int x = 0; x < size.x; ++x) {
-                        const auto i = static_cast<size_t>(x + kBlock * (y + kBlock * z));
-                        if (before_samples[i] == now_samples[i])
-                            continue;
-                        box.first = glm::min(box.first, glm::ivec3(x, y, z));
-                        box.last = glm::max(box.last, glm::ivec3(x, y, z));
-                    }
-            if (box.last.x >= 0)
-                boxes.push_back({first + box.first, first + box.last});
-        }
-    return boxes;
-}
-
 // Boxes become one where that is less work than each by itself.
-void BlockNets::merge(std::vector<Box>& changed) const {
-    const auto united = [](const Box& a, const Box& b) {
-        return Box{glm::min(a.first, b.first), glm::max(a.last, b.last)};
+void BlockNets::merge(std::vector<ChangedBox>& changed) const {
+    const auto united = [](const ChangedBox& a, const ChangedBox& b) {
+        return ChangedBox{glm::min(a.first, b.first), glm::max(a.last, b.last)};
     };
     if (changed.size() > kMostBoxes) { // all over the volume
-        Box all = changed.front();
-        for (const Box& box : changed)
+        ChangedBox all = changed.front();
+        for (const ChangedBox& box : changed)
             all = united(all, box);
         changed = {all};
     }
     for (size_t i = 0; i < changed.size(); ++i)
         for (size_t j = i + 1; j < changed.size();) {
-            const Box both = united(changed[i], changed[j]);
+            const ChangedBox both = united(changed[i], changed[j]);
             if (work_of(both) > work_of(changed[i]) + work_of(changed[j])) {
                 ++j;
                 continue;
@@ -179,12 +177,16 @@ void BlockNets::merge(std::vector<Box>& changed) const {
 
 std::vector<uint32_t> BlockNets::update(const Volume& after) {
     PALPATE_ASSERT(after.grid() == labels_.grid());
-    std::vector<Box> changed = changed_boxes(after);
+    std::vector<ChangedBox> changed;
+    for (const ChangedBrick& brick : changed_bricks(labels_, after)) {
+        const std::vector<ChangedBox> boxes = changed_boxes(labels_, after, brick);
+        changed.insert(changed.end(), boxes.begin(), boxes.end());
+    }
     merge(changed);
     labels_ = after;
     std::vector<uint32_t> numbers;
-    for (const Box& samples : changed) {
-        const Box blocks = blocks_moved_by(samples);
+    for (const ChangedBox& samples : changed) {
+        const ChangedBox blocks = blocks_moved_by(samples);
         make(blocks);
         for (int z = blocks.first.z; z <= blocks.last.z; ++z)
             for (int y = blocks.first.y; y <= blocks.last.y; ++y)

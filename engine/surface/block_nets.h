@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/surface/surface_nets.h"
+#include "engine/volume/changes.h"
 
 namespace palpate {
 
@@ -43,15 +44,12 @@ class BlockNets {
     std::vector<uint32_t> update(const Volume& after);
 
  private:
-    struct Box { // whole numbers first .. last on each axis
-        glm::ivec3 first, last;
-    };
-    std::vector<Box> changed_boxes(const Volume& after) const;
-    Box samples_read_for(const Box& blocks) const;
-    Box blocks_moved_by(const Box& samples) const;
-    double work_of(const Box& samples) const;
-    void merge(std::vector<Box>& changed) const;
-    void make(const Box& blocks);
+    // Boxes of blocks are as those of samples: the first and the last on each axis.
+    ChangedBox samples_read_for(const ChangedBox& blocks) const;
+    ChangedBox blocks_moved_by(const ChangedBox& samples) const;
+    double work_of(const ChangedBox& samples) const;
+    void merge(std::vector<ChangedBox>& changed) const;
+    void make(const ChangedBox& blocks);
     uint32_t number_of(glm::ivec3 block) const;
 
     Volume labels_;

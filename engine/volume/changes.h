@@ -27,4 +27,11 @@ BrickBox changed_samples(const ChangedBrick& brick);
 // two types (labels that grew from u8 to u16) no brick is shared, and all are compared by value.
 std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& after);
 
+struct ChangedBox { // samples first .. last on each axis, of the volume
+    glm::ivec3 first, last;
+};
+// Boxes about the samples of a changed brick that differ, one for each of its changed blocks.
+std::vector<ChangedBox> changed_boxes(const Volume& before, const Volume& after,
+                                      const ChangedBrick& brick);
+
 } // namespace palpate

@@ -68,6 +68,29 @@ std::vector<ChangedBrick> changes_by_brute_force(Flat& before, Flat& after) {
     return changed;
 }
 
+// All samples of other values lie in the boxes, and on each of a box's six sides one of them does.
+void expect_close(const std::vector<ChangedBox>& boxes, Flat& before, Flat& after) {
+    size_t differing = 0, held = 0;
+    const auto differs = [&](glm::uvec3 i) {
+        const float a = before.at(i), b = after.at(i);
+        return !(a == b || (std::isnan(a) && std::isnan(b)));
+    };
+    for_each_sample(before.size, [&](glm::uvec3 i) { differing += differs(i); });
+    for (const ChangedBox& box : boxes) {
+        glm::ivec3 low(std::numeric_limits<int>::max()), high(-1);
+        for_each_sample(glm::uvec3(box.last - box.first + 1), [&](glm::uvec3 i) {
+            if (!differs(glm::uvec3(box.first) + i))
+                return;
+            ++held;
+            low = glm::min(low, box.first + glm::ivec3(i));
+            high = glm::max(high, box.first + glm::ivec3(i));
+        });
+        EXPECT_EQ(low, box.first);
+        EXPECT_EQ(high, box.last);
+    }
+    EXPECT_EQ(held, differing);
+}
+
 // The value that a type stores: rounded to nearest even, clamped; no data is one NaN.
 float stored(ScalarType type, double value) {
     return visit_scalar(type, [&](auto t) {
@@ -151,6 +174,11 @@ TEST_P(RandomEdits, EqualAFlatArray) {
         const std::vector<ChangedBrick> expected = changes_by_brute_force(before, flat);
         ASSERT_EQ(changed_bricks(volume, after), expected);
         ASSERT_EQ(changed_bricks(after, volume), expected);
+        std::vector<ChangedBox> boxes;
+        for (const ChangedBrick& brick : expected)
+            for (const ChangedBox& box : changed_boxes(volume, after, brick))
+                boxes.push_back(box);
+        expect_close(boxes, before, flat);
         ASSERT_EQ(after.is_same_as(volume), expected.empty());
         ASSERT_EQ(after.version() > volume.version(), !expected.empty());
         for_each_brick(after, [&](glm::uvec3 p) {
