@@ -118,9 +118,19 @@ void BlockNets::make(const ChangedBox& blocks) {
     const Volume part =
         is_whole ? labels_ : copied(labels_, read.first, read.last - read.first + 1);
     NetPart made =
-        surface_nets_part(part, is_whole ? glm::ivec3(0) : read.first,
+        surface_nets_part(part, is_whole ? glm::ivec3(0) : read.first, glm::ivec3(labels_.size()),
                           {.passes = options_.passes, .bound = options_.bound, .stop = {}});
-    made.mesh.normals = wall_normals(made.mesh, options_.normal_rounds);
+    // Corners of a block's walls lie in its cells and the ones before; each edge from there leads
+    // to the next cell, and a triangle about that has its owner there or one beyond.
+    const int reach = static_cast<int>(options_.normal_rounds) + 3;
+    const glm::ivec3 low = kNetSide * blocks.first - reach;
+    const glm::ivec3 high = kNetSide * (blocks.last + 1) - 1 + reach;
+    std::vector<uint32_t> near;
+    for (uint32_t n = 0; n < made.owners.size(); ++n)
+        if (glm::all(glm::greaterThanEqual(made.owners[n], low)) &&
+            glm::all(glm::lessThanEqual(made.owners[n], high)))
+            near.push_back(n);
+    made.mesh.normals = wall_normals(made.mesh, options_.normal_rounds, near);
     const glm::ivec3 size = blocks.last - blocks.first + 1;
     const size_t blocks_here = size_t(size.x) * size_t(size.y) * size_t(size.z);
     const auto list_of = [&](uint32_t n) { // of the block that owns a triangle; past all: no such

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace palpate {
 
@@ -18,10 +19,17 @@ glm::vec3 unit_or_none(glm::vec3 v) {
 } // namespace
 
 std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds) {
+    std::vector<uint32_t> all(walls.triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return wall_normals(walls, rounds, all);
+}
+
+std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds,
+                                    std::span<const uint32_t> triangles) {
     const size_t count = walls.positions.size();
     std::vector<uint32_t> pairs(count, kUnseen); // of the labels about each vertex
     std::vector<glm::vec3> normals(count, glm::vec3(0.0f)), sums;
-    for (size_t n = 0; n < walls.triangles.size(); ++n) {
+    for (const uint32_t n : triangles) {
         const glm::uvec3 t = walls.triangles[n];
         const uint32_t pair = uint32_t{walls.labels[n]} | uint32_t{walls.outer_labels[n]} << 16;
         const glm::vec3 a = walls.positions[t.x];
@@ -40,9 +48,11 @@ std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds) {
     to_unit(normals);
     for (uint32_t round = 0; round < rounds; ++round) {
         sums = normals;
-        for (const glm::uvec3 t : walls.triangles)
+        for (const uint32_t n : triangles) {
+            const glm::uvec3 t = walls.triangles[n];
             for (int corner = 0; corner < 3; ++corner)
                 sums[t[corner]] += normals[t[(corner + 1) % 3]] + normals[t[(corner + 2) % 3]];
+        }
         to_unit(sums);
     }
     return normals;

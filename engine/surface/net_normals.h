@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/mesh/mesh.h"
@@ -15,5 +16,9 @@ namespace palpate {
 // own and those of its neighbours. So the steps of samples do not show, which moving vertices
 // within their cells leaves.
 std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds);
+// The same of these triangles alone, in rising order: of a vertex that is `rounds` edges and one
+// more from all others.
+std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds,
+                                    std::span<const uint32_t> triangles);
 
 } // namespace palpate

@@ -66,16 +66,32 @@ struct Adjacency {
     }
 };
 
+// The place of a part in a larger volume.
+struct PartPlace {
+    glm::ivec3 first{0};
+    glm::bvec3 low_is_cut{false}, high_is_cut{false}; // its sides that lie within the volume
+};
+
+// Vertices that a cut side has reached already stay where they are: so many more a step.
 template <class Real>
-void smooth(const Net& net, glm::uvec3 size, const SurfaceNetsOptions& options,
-            std::vector<Vec<Real>>& offsets) {
+void smooth(const Net& net, glm::uvec3 size, const PartPlace& place,
+            const SurfaceNetsOptions& options, std::vector<Vec<Real>>& offsets) {
     const Adjacency adjacency(net);
     const auto bound = static_cast<Real>(options.bound);
     std::vector<Vec<Real>> next(offsets.size());
+    int steps = 0; // that have been made
     const auto step = [&](Real share) {
+        const glm::ivec3 low = glm::ivec3(place.low_is_cut) * (steps + 1);
+        const glm::ivec3 high = glm::ivec3(size) - glm::ivec3(place.high_is_cut) * (steps + 1);
+        ++steps;
         tbb::parallel_for(size_t{0}, offsets.size(), [&](size_t v) {
             const uint32_t begin = adjacency.first[v], end = adjacency.first[v + 1];
             const NetVertex here = net.vertices[v];
+            const glm::ivec3 cell(here.cell);
+            if (glm::any(glm::lessThan(cell, low)) || glm::any(glm::greaterThan(cell, high))) {
+                next[v] = offsets[v];
+                return;
+            }
             Vec<Real> sum(0);
             for (uint32_t i = begin; i < end; ++i) {
                 const uint32_t n = adjacency.to[i];
@@ -158,7 +174,8 @@ class SplitWalls {
 
 template <class Real>
 Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& options,
-                           glm::ivec3 first = glm::ivec3(0), bool with_owners = false) {
+                           const PartPlace& place = {}, bool with_owners = false) {
+    const glm::ivec3 first = place.first;
     PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5);
     Surface<Real> surface;
     const Net net = make_net(labels, options.passes > 0, options.stop);
@@ -166,7 +183,7 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
         return surface;
     std::vector<Vec<Real>> offsets = first_offsets<Real>(net);
     if (options.passes > 0)
-        smooth(net, labels.size(), options, offsets);
+        smooth(net, labels.size(), place, options, offsets);
     const Vec<Real> spacing(spacing_mm(labels.grid()));
     surface.positions.resize(offsets.size());
     tbb::parallel_for(size_t{0}, offsets.size(), [&](size_t v) {
@@ -261,8 +278,11 @@ Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options) {
             .world_from_mesh = world_from_mesh(labels.grid())};
 }
 
-NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const SurfaceNetsOptions& options) {
-    Surface<float> surface = make_surface<float>(part, options, first, true);
+NetPart surface_nets_part(const Volume& part, glm::ivec3 first, glm::ivec3 whole_size,
+                          const SurfaceNetsOptions& options) {
+    const PartPlace place{first, glm::greaterThan(first, glm::ivec3(0)),
+                          glm::lessThan(first + glm::ivec3(part.size()), whole_size)};
+    Surface<float> surface = make_surface<float>(part, options, place, true);
     return {{.positions = std::move(surface.positions),
              .triangles = std::move(surface.triangles),
              .labels = std::move(surface.labels),

@@ -47,9 +47,10 @@ struct NetPart {
     // corner of the cell and one beyond it on an axis.
     std::vector<glm::ivec3> owners;
 };
-// Positions have the bits of surface_nets() of the larger volume, farther from the sides of the
-// part that lie within it than smoothing reaches: 2 cells a pass, and one more.
-NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const SurfaceNetsOptions& options);
+// Positions have the bits of surface_nets() of the larger volume, of so many samples, farther from
+// the sides of the part that lie within it than smoothing reaches: 2 cells a pass, and one more.
+NetPart surface_nets_part(const Volume& part, glm::ivec3 first, glm::ivec3 whole_size,
+                          const SurfaceNetsOptions& options);
 
 // The volume that the surface of one label encloses, in world mm^3.
 struct LabelVolume {
