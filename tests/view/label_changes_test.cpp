@@ -30,7 +30,7 @@ void for_each_sample(Visit visit) {
 }
 
 Volume changed(const char* id, const Volume& before, uint16_t label, double by_mm = 1.0) {
-    return label_change(id).change(before, label, by_mm, {}).value();
+    return label_change(id).change(before, {label, by_mm}, {}).value();
 }
 
 // Three balls with ragged surfaces that touch, and grains everywhere.
@@ -52,8 +52,10 @@ TEST(LabelChanges, NoOtherLabelLosesOrGainsASample) {
     for (uint32_t seed = 1; seed <= 3; ++seed) {
         const Volume before = ragged(seed);
         for (const LabelChange& change : label_changes())
-            for (uint16_t label = 1; label <= 3; ++label) {
-                const Volume after = change.change(before, label, 1.7, {}).value();
+            for (uint16_t label = 1; label <= 3 && !change.changes_others; ++label) {
+                const glm::uvec3 middle[] = {{9, 9, 12}, {20, 11, 14}, {13, 21, 17}};
+                const Volume after =
+                    change.change(before, {label, 2.1, {}, middle[label - 1]}, {}).value();
                 size_t odd = 0;
                 for_each_sample([&](glm::uvec3 i) {
                     const float was = before.value(i), is = after.value(i);
@@ -63,6 +65,47 @@ TEST(LabelChanges, NoOtherLabelLosesOrGainsASample) {
                 EXPECT_EQ(odd, 0u) << change.id << " of " << label << ", seed " << seed;
             }
     }
+}
+
+// Those that change others leave locked ones, and every other change is of samples that had labels
+// that are not locked.
+TEST(LabelChanges, OfOthersLeaveLockedOnes) {
+    const uint16_t locked[] = {2};
+    const Volume before = ragged(4);
+    size_t many = 0;
+    for (const LabelChange& change : label_changes()) {
+        if (!change.changes_others)
+            continue;
+        ++many;
+        const Volume after = change.change(before, {1, 1.7, locked, {13, 21, 17}}, {}).value();
+        size_t odd = 0, changed = 0;
+        for_each_sample([&](glm::uvec3 i) {
+            const float was = before.value(i), is = after.value(i);
+            odd += (was == 2.0f) != (is == 2.0f);
+            changed += was != is;
+        });
+        EXPECT_EQ(odd, 0u) << change.id;
+        EXPECT_GT(changed, 0u) << change.id;
+    }
+    EXPECT_EQ(many, 3u);
+}
+
+TEST(LabelChanges, OfWhatIsAtTheCrosshair) {
+    const Volume before = labelled([](glm::uvec3 i) {
+        return i.y < 9 || i.y > 20 ? 0 : i.x < 6 || i.x > 22 ? 1 : i.x > 9 && i.x < 14 ? 2 : 0;
+    });
+    const auto after = [&](const char* id, glm::uvec3 at) {
+        return label_change(id).change(before, {1, 1.0, {}, at}, {});
+    };
+    EXPECT_EQ(after("piece", {24, 15, 3})->value({2, 15, 3}), 0.0f);
+    EXPECT_EQ(after("piece", {24, 15, 3})->value({24, 15, 9}), 1.0f);
+    EXPECT_FALSE(after("piece", {12, 15, 3}));
+    EXPECT_EQ(after("add", {12, 15, 3})->value({11, 15, 9}), 1.0f);
+    EXPECT_FALSE(after("add", {2, 15, 3}));
+    EXPECT_EQ(after("split", {})->value({2, 15, 3}), 3.0f); // 24 .. 29 are more
+    EXPECT_EQ(after("split", {})->value({25, 15, 3}), 1.0f);
+    EXPECT_EQ(after("invert", {})->value({7, 15, 3}), 1.0f);
+    EXPECT_EQ(after("invert", {})->value({2, 15, 3}), 0.0f);
 }
 
 // A sample changes by what lies within the distance of it, one by one; on unequal spacings.

@@ -220,6 +220,10 @@ const RecordedSteps kSessions[] = {
      "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; section labels; widget "
      "labels/largest; hold ctrl; key z; let ctrl",
      R"({"label_counts": {"1": 6}, "undo_steps": 2})"},
+    {"label_split_into_its_pieces",
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; section labels; widget "
+     "labels/more; widget labels/split",
+     R"({"label_counts": {"1": 5, "2": 1}, "undo_steps": 3})"},
     {"locked_label_keeps_its_pieces",
      "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; section labels; widget "
      "labels/lock/1; widget labels/largest",

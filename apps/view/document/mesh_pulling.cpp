@@ -142,8 +142,12 @@ void MeshPulling::change(const ViewState& state, const LabelChange& change) {
     if (is_locked(state, state.label))
         return document_.tell(fmt::format("label {} is locked", state.label));
     start(state.label,
-          [&change, by_mm = state.change_label_mm](MeshRun& run) -> Result<MeshRun::Done> {
-              PALPATE_TRY(Volume labels, change.change(run.before, run.label, by_mm, run.task()));
+          [&change, by_mm = state.change_label_mm,
+           at_mm = state.crosshair_mm](MeshRun& run) -> Result<MeshRun::Done> {
+              LabelChangeInput in{run.label, by_mm, run.locked};
+              if (const auto at = sample_at(run.before.grid(), at_mm))
+                  in.at = *at;
+              PALPATE_TRY(Volume labels, change.change(run.before, in, run.task()));
               return MeshRun::Done{
                   {}, std::move(labels), change.title, change.told, change.unchanged};
           });

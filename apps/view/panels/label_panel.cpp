@@ -198,17 +198,14 @@ void draw_label_list(Widgets& ui, ViewState& state, Work& work,
     ImGui::EndChild();
 }
 
-// Buttons, as many in a line as have room; in front of those by mm, how far.
-void draw_label_changes(Widgets& ui, ViewState& state) {
-    bool is_first = true, has_mm = false;
+// Buttons, as many in a line as have room.
+void draw_changes(Widgets& ui, bool are_daily, bool take_mm) {
+    bool is_first = true;
     for (const LabelChange& change : label_changes()) {
+        if (change.is_daily != are_daily || change.takes_mm != take_mm)
+            continue;
         const float width =
             ImGui::CalcTextSize(change.title).x + 2.0f * ImGui::GetStyle().FramePadding.x;
-        if (change.takes_mm && !std::exchange(has_mm, true)) {
-            slide("distance", state.change_label_mm, 0.1, 20.0, "%.2g mm", true);
-            ui.note("labels/by");
-            is_first = true;
-        }
         if (!std::exchange(is_first, false)) {
             ImGui::SameLine();
             if (ImGui::GetContentRegionAvail().x < width)
@@ -216,6 +213,20 @@ void draw_label_changes(Widgets& ui, ViewState& state) {
         }
         ui.button(change.title, fmt::format("labels/{}", change.id), order::ChangeLabel{&change});
     }
+}
+
+// In front of the buttons by mm, how far; those that are seldom used are folded away.
+void draw_label_changes(Widgets& ui, ViewState& state) {
+    draw_changes(ui, true, false);
+    slide("distance", state.change_label_mm, 0.1, 20.0, "%.2g mm", true);
+    ui.note("labels/by");
+    draw_changes(ui, true, true);
+    const bool is_open = ImGui::TreeNodeEx("more", ImGuiTreeNodeFlags_NoTreePushOnOpen);
+    ui.note("labels/more");
+    if (!is_open)
+        return;
+    draw_changes(ui, false, false);
+    draw_changes(ui, false, true);
 }
 
 // Draws the figures of the label that is chosen.

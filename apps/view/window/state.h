@@ -180,7 +180,7 @@ struct ViewState {
     uint16_t label = 1;         // that is drawn
     // Values of the samples that tools on labels change; none: all.
     std::optional<GreyWindow> only_values;
-    double change_label_mm = 1.0; // by how far a label is smoothed, grown or shrunk
+    double change_label_mm = 1.0; // by how far a label is smoothed, grown, ..
     bool labels_shown = true;
     double label_opacity = 0.4;
     bool labels_in_3d = true;                    // their surfaces lie among the rays
