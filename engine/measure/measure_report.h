@@ -29,8 +29,8 @@ struct MeasureReport {
 Json report_json(const MeasureReport& report);
 
 // A table (RFC 4180): a line of column names, one line a measure, one line a label. A field of what
-// is not defined is empty; a column that no line fills is left out, and so are counts of samples
-// without data where all have some. Names of columns end in their unit, if there is one: those of
+// is not defined is empty; a column that no line fills is left out, and so is `no_data` where every
+// sample has data. Names of columns end in their unit, if there is one: those of
 // statistics in that of the values ("mean_HU"). Lengths in mm, areas in mm2, volumes in mm3 and ml.
 // Points and centroids are LPS millimetres, axes unit vectors in LPS, low and high indices of
 // samples. A measure without a name has that of its row.

@@ -269,6 +269,8 @@ void SurfacePass::draw(Commands& commands, const Part& part, uint32_t surface,
     }
     const std::vector<gpu::SurfaceBlock> blocks =
         nearest_first(*part.view, surfaces_[surface].surface->world_from_mesh(), arrays.parts);
+    if (blocks.empty())
+        return;
     const std::array search{
         bind_uniform(gpu::kSurfaceFrame, part.frame),
         bind_storage(gpu::kSurfaceNearest, scratch_->nearest),
@@ -294,13 +296,12 @@ void SurfacePass::record(const ViewFrame& frame, const Images& images,
                          const std::optional<PixelBox>& only) {
     Commands& commands = frame.commands;
     const bool clips = scratch_->clips;
-    size_px_ = frame.scene.size_px;
     const std::vector<Part> parts = parts_of(frame, only);
     commands.begin_pass("surfaces");
     uint64_t drawn = 0;
     for (const Part& part : parts)
         drawn += part.box.count();
-    if (drawn < frame.views.size() * PixelBox{glm::uvec2(0), size_px_}.count() &&
+    if (drawn < frame.views.size() * PixelBox{glm::uvec2(0), frame.scene.size_px}.count() &&
         &images.color != &images.behind) { // elsewhere the picture is what lies behind
         commands.copy(images.behind, images.color);
         if (images.values)

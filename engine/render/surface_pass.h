@@ -100,7 +100,6 @@ class SurfacePass {
     std::vector<uint32_t> first_styles_, style_counts_;
     std::vector<bool> has_opaque_, has_through_; // of each surface
     bool see_through_ = false;
-    glm::uvec2 size_px_{0};
     std::optional<Scratch> scratch_;
 };
 

@@ -236,7 +236,8 @@ Result<Volume> split_pieces(const Volume& labels, const SplitOptions& options, c
     std::map<uint32_t, uint16_t> given; // by root
     uint32_t next = 1;
     for (size_t n = 1; n < roots.size(); ++n, ++next) {
-        while (next <= 65535 && present->contains(uint16_t(next)))
+        while (next <= 65535 && (present->contains(uint16_t(next)) ||
+                                 std::ranges::find(options.locked, next) != options.locked.end()))
             ++next;
         if (next > 65535)
             return fail(

@@ -51,12 +51,14 @@ Result<Volume> keep_piece(const Volume& labels, const PieceOptions& options, con
 
 // Gives each connected piece of a label one of its own: the largest keeps it, others get the lowest
 // labels that no sample has, larger ones first (of equal ones the one with the earlier sample).
-// Pieces smaller than least_ml stay as they are. The result has the type of the map, or u16 where
-// that does not hold a new label. Refused: label 0; where fewer labels are free than pieces.
+// Pieces smaller than least_ml stay as they are; locked labels are not given. The result has the
+// type of the map, or u16 where that does not hold a new label. Refused: label 0; where fewer
+// labels are free than pieces.
 struct SplitOptions {
     uint16_t label = 1;
     Neighbours neighbours = Neighbours::corners;
     double least_ml = 0.0;
+    std::span<const uint16_t> locked{};
 };
 Result<Volume> split_pieces(const Volume& labels, const SplitOptions& options, const Task& task);
 

@@ -91,7 +91,8 @@ Result<Volume> split_label(const Volume& volume, const FilterValues& v, const Ta
     return split_pieces(volume,
                         {.label = uint16_t(v.numbers[0]),
                          .neighbours = neighbours_of(v.numbers[1]),
-                         .least_ml = v.numbers[2]},
+                         .least_ml = v.numbers[2],
+                         .locked = v.locked},
                         task);
 }
 Result<BrickMaker> smooth_walls(const Volume& volume, const FilterValues& v, const Task& task) {

@@ -184,7 +184,12 @@ Result<void> SeedForest::update(const Volume& seeds, const Task& task) {
     for (GrowTile& tile : tiles_)
         tile.passed_on = 0, tile.served = 0;
     std::vector<size_t> removed;
-    const Result<void> taken = take_seeds(seeds, removed);
+    Result<void> taken = take_seeds(seeds, removed);
+    if (!taken && seeds_) { // ranks of labels that have gone count, too: from the start they do not
+        clear();
+        removed.clear();
+        taken = take_seeds(seeds, removed);
+    }
     if (!taken) {
         clear();
         return taken;

@@ -16,8 +16,8 @@ namespace palpate {
 // own and those of its neighbours. So the steps of samples do not show, which moving vertices
 // within their cells leaves.
 std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds);
-// The same of these triangles alone, in rising order: of a vertex that is `rounds` edges and one
-// more from all others.
+// The same from these triangles alone, in rising order. Only normals of vertices that are more than
+// rounds + 1 edges away from every other triangle are those of the whole mesh.
 std::vector<glm::vec3> wall_normals(const Mesh& walls, uint32_t rounds,
                                     std::span<const uint32_t> triangles);
 

@@ -72,7 +72,8 @@ struct PartPlace {
     glm::bvec3 low_is_cut{false}, high_is_cut{false}; // its sides that lie within the volume
 };
 
-// Vertices that a cut side has reached already stay where they are: so many more a step.
+// Before step n, vertices in the n cells nearest to a cut side are wrong already: they stay where
+// they are.
 template <class Real>
 void smooth(const Net& net, glm::uvec3 size, const PartPlace& place,
             const SurfaceNetsOptions& options, std::vector<Vec<Real>>& offsets) {

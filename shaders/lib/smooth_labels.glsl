@@ -8,10 +8,6 @@ struct LabelPlace {
     vec3 slope;        // of the margin, per sample
 };
 
-vec3 share_of(uint corner, vec3 f) {
-    return mix(1.0 - f, f, bvec3((corner & 1u) != 0u, (corner & 2u) != 0u, (corner & 4u) != 0u));
-}
-
 // From the labels of the samples (x fastest) and the place among them, 0 .. 1. Turns are as many as
 // there are labels about: mostly one.
 LabelPlace place_among(uint labels_about[8], vec3 f) {

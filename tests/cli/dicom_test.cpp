@@ -65,16 +65,24 @@ TEST_F(DicomCommands, InfoNamesTheSegmentsOfASegmentation) {
     EXPECT_NEAR(labels[0]["color"][1].get<double>(), 1.0, 1e-3); // the matrix has seven digits
 }
 
-TEST_F(DicomCommands, ConvertWritesLabelsAndSaysThatNamesAreLost) {
+TEST_F(DicomCommands, ConvertKeepsNamesOfLabelsOrSaysThatTheyAreLost) {
+    const char* const kLost = "does not hold the names and colours of the 1 segment of";
     write_segmentation("seg.dcm", kWhite);
-    const ProgramRun ran =
-        run({"convert", "--labels", file("seg.dcm").string(), file("labels.nii").string()});
-    EXPECT_EQ(ran.exit_code, 0) << ran.messages;
-    EXPECT_THAT(ran.messages, HasSubstr("names and colours of the 1 segment of"));
-    const Result<LoadedVolume> labels = load_labels(file("labels.nii"));
-    ASSERT_TRUE(labels) << labels.error().message;
-    EXPECT_EQ(labels->volume.value({3, 1, 0}), 7.0f);
-    EXPECT_EQ(labels->volume.value({3, 2, 0}), 0.0f);
+    for (const auto& [name, keeps] : {std::pair("labels.nii", true), {"labels.mha", false}}) {
+        SCOPED_TRACE(name);
+        const ProgramRun ran =
+            run({"convert", "--labels", file("seg.dcm").string(), file(name).string()});
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        EXPECT_EQ(ran.messages.find(kLost) == std::string::npos, keeps) << ran.messages;
+        const Result<LoadedVolume> labels = load_labels(file(name));
+        ASSERT_TRUE(labels) << labels.error().message;
+        EXPECT_EQ(labels->volume.value({3, 1, 0}), 7.0f);
+        EXPECT_EQ(labels->volume.value({3, 2, 0}), 0.0f);
+        ASSERT_EQ(labels->labels.size(), keeps ? 1u : 0u);
+        if (keeps) {
+            EXPECT_EQ(labels->labels[0].name, "kidney");
+        }
+    }
 }
 
 TEST_F(DicomCommands, RenderTakesTheColoursOfASegmentation) {

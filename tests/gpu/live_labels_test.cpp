@@ -152,6 +152,25 @@ TEST_F(LiveLabels, AfterEditsThePictureIsThatOfTheMeshFromScratch) {
     }
 }
 
+// All walls, or a part of them, lie behind the eye.
+TEST_F(LiveLabels, OfACameraThatLooksAwayThePictureIsTheMeshs) {
+    const SceneData live = live_data(ball_labels(8)), mesh = mesh_data(live);
+    const Grid& grid = live.labels->grid();
+    const glm::dvec3 middle = world_point(grid, 0.5 * glm::dvec3(grid.size));
+    for (const double turn : {0.0, 0.5, 1.0}) { // of half a circle
+        SCOPED_TRACE(turn);
+        Scene scene = live_scene();
+        const glm::dvec3 eye = turn == 0.5 ? middle : scene.camera.eye_mm;
+        const glm::dvec3 away = glm::normalize(scene.camera.eye_mm - scene.camera.target_mm);
+        scene.camera.eye_mm = eye;
+        scene.camera.target_mm = eye + (turn == 0.0 ? -away : away);
+        Renderer renderer(device());
+        const Result<Frame> frame = renderer.render(scene, live);
+        ASSERT_TRUE(frame);
+        EXPECT_TRUE(same_bits(frame->eyes, drawn(mesh_scene(scene), mesh)));
+    }
+}
+
 TEST_F(LiveLabels, AnotherStyleMakesNoTriangle) {
     const SceneData live = live_data(ball_labels(8)), mesh = mesh_data(live);
     Renderer renderer(device());

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/view/drawing/pick.h"
+#include "apps/view/window/key_actions.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/synthetic.h"
 #include "tests/view/subjects.h"
@@ -409,6 +410,22 @@ TEST(Interaction, AWindowStaysNearTheValues) {
     }
     const GreyWindow constant = limited({1e30, 1e30}, {1e30f, 1e30f});
     EXPECT_LT(constant.low, constant.high);
+}
+
+// As on the way to a letter that is typed into an open chooser.
+TEST(Interaction, AModifierAloneIsNotAnswered) {
+    const Subject subject = subject_of(make_grid(glm::uvec3(8), glm::dvec3(1)));
+    TestHand hand{subject};
+    Outcome next;
+    for (const bool open : {false, true}) {
+        hand.state.browser_open = open;
+        for (const char* key : {"shift", "ctrl", "alt"}) {
+            const Event event{.kind = Event::Kind::key, .down = true, .key = key};
+            EXPECT_EQ(why_idle({next, event, subject, hand.state}, false), "") << key;
+        }
+        const Event letter{.kind = Event::Kind::key, .down = true, .key = "q"};
+        EXPECT_NE(why_idle({next, letter, subject, hand.state}, false), "");
+    }
 }
 
 } // namespace

@@ -52,7 +52,7 @@ Result<Volume> keep_piece_at(const Volume& labels, const LabelChangeInput& in, c
     return keep_piece(labels, {.at = in.at}, task);
 }
 Result<Volume> split(const Volume& labels, const LabelChangeInput& in, const Task& task) {
-    return split_pieces(labels, {.label = in.label}, task);
+    return split_pieces(labels, {.label = in.label, .locked = in.locked}, task);
 }
 
 Result<Volume> fill(const Volume& labels, const LabelChangeInput& in, const Task& task) {

@@ -127,13 +127,13 @@ std::string why_idle(const KeyPress& press, bool is_known) {
     const auto is_one_of = [&](std::string_view keys) {
         return press.event.key.size() == 1 && keys.find(press.event.key) != std::string_view::npos;
     };
+    for (const char* alone : {"shift", "ctrl", "alt", "w", "escape"})
+        if (press.is(alone))
+            return "";
     if (state.leaving || state.file_question)
         return "answer the question first, or close it (Esc)";
     if (state.browser_open || state.series_open)
         return "choose a file first, or close the chooser (Esc)";
-    for (const char* alone : {"shift", "ctrl", "alt", "w", "escape"})
-        if (press.is(alone))
-            return "";
     if (press.is("delete"))
         return "nothing is chosen: a click on a measure chooses it (M)";
     if (press.is("enter"))

@@ -249,6 +249,22 @@ TEST(SeedForest, TooManyLabelsAreRefused) {
     EXPECT_FALSE(forest.update(seeds, {}));
 }
 
+// 200 labels go and 200 others come: a forest that is kept takes what a fresh one does.
+TEST(SeedForest, LabelsThatHaveGoneDoNotCount) {
+    const Grid grid = make_grid({200, 1, 1}, {1, 1, 1});
+    const Volume volume = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 1.0; });
+    SeedForest forest = forest_of(volume, 40.0), fresh = forest_of(volume, 40.0);
+    for (const uint32_t from : {1u, 301u}) {
+        const Volume seeds =
+            make_volume(grid, ScalarType::u16, [&](glm::uvec3 i) { return double(i.x + from); });
+        ASSERT_TRUE(forest.update(seeds, {}));
+        if (from > 1) {
+            ASSERT_TRUE(fresh.update(seeds, {}));
+        }
+    }
+    expect_same(forest, fresh, grid);
+}
+
 TEST(GrowHeights, AreTheShareOfSmallerGradients) {
     const Grid grid = make_grid({9, 8, 7}, {1, 2, 1});
     std::mt19937 random(15);

@@ -166,6 +166,16 @@ TEST(Pieces, SplitIntoFreeLabelsLargerOnesFirst) {
     }
 }
 
+// Neither one that is there nor one that no sample has.
+TEST(Pieces, ALockedLabelIsNotGiven) {
+    const Volume labels = make_volume(make_grid({7, 1, 1}, {1, 1, 1}), ScalarType::u8,
+                                      [](glm::uvec3 i) { return i.x % 2 ? 0.0 : 1.0; });
+    const uint16_t locked[] = {2, 4};
+    const Result<Volume> found = split_pieces(labels, {.label = 1, .locked = locked}, {});
+    ASSERT_TRUE(found);
+    EXPECT_EQ(samples_of(*found), (std::vector<float>{1, 0, 3, 0, 5, 0, 6}));
+}
+
 TEST(Holes, GetTheLabelThatSharesMostFacesWithThem) {
     uint64_t seed = 30;
     for (const Neighbours background : kAll) {
