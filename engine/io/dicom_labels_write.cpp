@@ -147,7 +147,7 @@ DicomSet frame_item(const SegFrame& frame, const DicomReference& reference) {
     const glm::dvec3 at = world_point(reference.grid, {0, 0, frame.slice});
     const DicomSlice& source = reference.parts.slices[frame.slice];
     std::vector<DicomSet> derivation;
-    if (!source.instance_uid.empty())
+    if (io::has_image(source))
         derivation.push_back(
             DicomSet()
                 .sequence(
@@ -174,7 +174,9 @@ DicomSet references_item(const DicomParts& parts) {
     std::vector<DicomSet> instances;
     for (const DicomSlice& instance : io::instances_of(parts))
         instances.push_back(io::instance_item(instance));
-    return DicomSet().text(0x0020000e, "UI", parts.series_uid).sequence(0x0008114a, instances);
+    return DicomSet()
+        .text(0x0020000e, "UI", io::allowed_uid(parts.series_uid))
+        .sequence(0x0008114a, instances);
 }
 
 // Everything before the pixels.

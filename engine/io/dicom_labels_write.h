@@ -36,8 +36,9 @@ struct DicomLabelOptions {
 // load_labels() gives back. The first and the last slice of the reference have a frame also where
 // they are empty, so that the grid comes back whole.
 //
-// An error, without a file, where there are no labels, where samples with a label lie beyond the
-// reference, or where the labels lie on another grid or in another frame of reference.
+// An error, without a file, where samples are of another type than u8 and u16, where there are no
+// labels, where samples with a label lie beyond the reference, or where the labels lie on another
+// grid or in another frame of reference.
 Result<void> save_dicom_labels(const std::filesystem::path& path, const Volume& labels,
                                std::span<const LabelName> names, const DicomReference& reference,
                                const DicomLabelOptions& options = {});

@@ -26,8 +26,22 @@ constexpr Taken kTaken[] = {
     {0x00200010, "SH", true},  {0x00201040, "LO", true},
 };
 
+constexpr size_t kMostValueBytes = 0xfffe; // of a value
+
 bool only(std::string_view text, std::string_view letters) {
     return text.find_first_not_of(letters) == std::string_view::npos;
+}
+
+// Whether each of several parts has at most so many letters of UTF-8.
+bool parts_fit(std::string_view value, char between, size_t most_letters) {
+    size_t letters = 0;
+    for (const char c : value) {
+        if (c == between)
+            letters = 0;
+        else if ((static_cast<unsigned char>(c) & 0xc0) != 0x80 && ++letters > most_letters)
+            return false;
+    }
+    return true;
 }
 
 // Whether the representation allows the value (PS3.5 6.2), as far as readers stumble over it.
@@ -44,6 +58,15 @@ bool is_allowed(std::string_view representation, std::string_view value) {
         return value.size() <= 16 && only(value, "0123456789+-.eE");
     if (representation == "CS")
         return value.size() <= 16 && only(value, "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 _");
+    if (representation == "UI") // leading zeros are met, and harm nobody
+        return value.size() <= 64 && only(value, "0123456789.") && !value.starts_with('.') &&
+               !value.ends_with('.') && value.find("..") == std::string_view::npos;
+    if (representation == "SH")
+        return parts_fit(value, '\\', 16);
+    if (representation == "PN") // component groups, of one person
+        return parts_fit(value, '=', 64) && std::count(value.begin(), value.end(), '=') <= 2;
+    if (representation == "LO")
+        return parts_fit(value, '\\', 64);
     return true;
 }
 
@@ -65,7 +88,7 @@ DicomSet object_of(const DicomParts& reference, const NewObject& object) {
             reference.attributes.begin(), reference.attributes.end(),
             [&](const DicomAttribute& attribute) { return attribute.tag == taken.tag; });
         std::string value = found == reference.attributes.end() ? "" : found->value;
-        if (!is_allowed(taken.representation, value))
+        if (value.size() > kMostValueBytes || !is_allowed(taken.representation, value))
             value.clear();
         // Sex is one of three letters, or unknown (PS3.3 C.7.1.1).
         if (taken.tag == 0x00100040 && value != "M" && value != "F" && value != "O")
@@ -85,10 +108,10 @@ DicomSet object_of(const DicomParts& reference, const NewObject& object) {
         .text(0x00081090, "LO", "Palpate")                          // Manufacturer's Model Name
         .text(0x00181000, "LO", "0")                                // Device Serial Number
         .text(0x00181020, "LO", PALPATE_VERSION)                    // Software Versions
-        .text(0x0020000d, "UI", reference.study_uid)
+        .text(0x0020000d, "UI", allowed_uid(reference.study_uid))
         .text(0x0020000e, "UI", new_uid())
         .text(0x00200011, "IS", "1") // Series Number
-        .text(0x00200052, "UI", reference.frame_of_reference_uid);
+        .text(0x00200052, "UI", allowed_uid(reference.frame_of_reference_uid));
     return set;
 }
 
@@ -97,6 +120,14 @@ DicomSet code_item(const DicomCode& code) {
         .text(0x00080100, "SH", code.value)
         .text(0x00080102, "SH", code.scheme)
         .text(0x00080104, "LO", code.meaning);
+}
+
+std::string allowed_uid(const std::string& uid) {
+    return is_allowed("UI", uid) ? uid : std::string();
+}
+
+bool has_image(const DicomSlice& slice) {
+    return !allowed_uid(slice.class_uid).empty() && !allowed_uid(slice.instance_uid).empty();
 }
 
 DicomSet instance_item(const DicomSlice& slice) {
@@ -111,7 +142,7 @@ std::vector<DicomSlice> instances_of(const DicomParts& reference) {
     std::vector<DicomSlice> all;
     std::set<std::string> seen;
     for (const DicomSlice& slice : reference.slices)
-        if (!slice.instance_uid.empty() && seen.insert(slice.instance_uid).second)
+        if (has_image(slice) && seen.insert(slice.instance_uid).second)
             all.push_back({slice.class_uid, slice.instance_uid, 0});
     return all;
 }

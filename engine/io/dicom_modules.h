@@ -32,6 +32,12 @@ struct DicomMoment {
 DicomMoment moment_now();
 
 DicomSet code_item(const DicomCode& code);
+// The UID of a reference; empty where it is longer than 64 or no numbers with dots between them.
+std::string allowed_uid(const std::string& uid);
+
+// Whether an image lies at the slice, and has UIDs under which it can be referred to.
+bool has_image(const DicomSlice& slice);
+
 DicomSet instance_item(const DicomSlice& slice); // class and instance, and the frame of several
 
 // Each image that the slices of the reference refer to, once.

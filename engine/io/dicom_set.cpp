@@ -8,6 +8,8 @@
 #include <cstring>
 #include <random>
 
+#include "engine/base/assert.h"
+
 namespace palpate::io {
 
 namespace {
@@ -98,8 +100,10 @@ std::string DicomSet::encoded(DicomEncoding encoding) const {
         else if (is_long)
             all +=
                 long_head(tag, element.representation.c_str(), static_cast<uint32_t>(value.size()));
-        else
+        else {
+            PALPATE_ASSERT_CMP(value.size(), <=, size_t{0xfffe}); // even, in 16 bits
             all += tag_bytes(tag) + element.representation + little(value.size(), 2);
+        }
         all += value;
     }
     return all;

@@ -29,6 +29,7 @@ class DicomSet {
     DicomSet& decimals(uint32_t tag, const std::vector<double>& values);
     DicomSet& sequence(uint32_t tag, const std::vector<DicomSet>& items);
 
+    // With representations, values other than those of OB and sequences are at most 65534 bytes.
     std::string encoded(DicomEncoding encoding = DicomEncoding::explicit_little) const;
 
  private:

@@ -36,7 +36,7 @@ DicomSet contour_item(const io::Outline& outline, uint32_t slice, size_t number,
         points.insert(points.end(), {world.x, world.y, world.z});
     }
     DicomSet item;
-    if (const DicomSlice& image = reference.parts.slices[slice]; !image.instance_uid.empty())
+    if (const DicomSlice& image = reference.parts.slices[slice]; io::has_image(image))
         item.sequence(0x30060016, {io::instance_item(image)}); // Contour Image Sequence
     return item.text(0x30060042, "CS", "CLOSED_PLANAR")
         .text(0x30060046, "IS",
@@ -89,16 +89,17 @@ Result<std::vector<Region>> regions_of(const std::string& name, const Volume& la
 DicomSet frame_of_reference_item(const DicomParts& parts) {
     std::vector<DicomSet> images;
     for (const DicomSlice& slice : parts.slices)
-        if (!slice.instance_uid.empty())
+        if (io::has_image(slice))
             images.push_back(io::instance_item(slice));
-    const DicomSet series =
-        DicomSet().text(0x0020000e, "UI", parts.series_uid).sequence(0x30060016, images);
+    const DicomSet series = DicomSet()
+                                .text(0x0020000e, "UI", io::allowed_uid(parts.series_uid))
+                                .sequence(0x30060016, images);
     const DicomSet study = DicomSet()
                                .text(0x00081150, "UI", kStudyClass)
-                               .text(0x00081155, "UI", parts.study_uid)
+                               .text(0x00081155, "UI", io::allowed_uid(parts.study_uid))
                                .sequence(0x30060014, {series}); // RT Referenced Series
     return DicomSet()
-        .text(0x00200052, "UI", parts.frame_of_reference_uid)
+        .text(0x00200052, "UI", io::allowed_uid(parts.frame_of_reference_uid))
         .sequence(0x30060012, {study}); // RT Referenced Study
 }
 
@@ -115,12 +116,13 @@ DicomSet structures_of(std::span<const Region> regions, std::span<const LabelNam
         const auto byte = [](double share) {
             return std::lround(255 * std::clamp(share, 0.0, 1.0));
         };
-        rois.push_back(DicomSet()
-                           .text(0x30060022, "IS", number)
-                           .text(0x30060024, "UI", reference.parts.frame_of_reference_uid)
-                           .text(0x30060026, "LO", segment.name)
-                           .text(0x30060036, "CS",
-                                 "SEMIAUTOMATIC")); // ROI Generation Algorithm
+        rois.push_back(
+            DicomSet()
+                .text(0x30060022, "IS", number)
+                .text(0x30060024, "UI", io::allowed_uid(reference.parts.frame_of_reference_uid))
+                .text(0x30060026, "LO", segment.name)
+                .text(0x30060036, "CS",
+                      "SEMIAUTOMATIC")); // ROI Generation Algorithm
         contours.push_back(DicomSet()
                                .text(0x3006002a, "IS",
                                      fmt::format("{}\\{}\\{}", byte(segment.color.x),

@@ -12,6 +12,9 @@ constexpr double kMostOff = 0.05; // of a sample
 } // namespace
 
 Result<LabelSlices> LabelSlices::make(const Volume& labels, const Grid& grid) {
+    if (labels.type() != ScalarType::u8 && labels.type() != ScalarType::u16)
+        return fail("its samples are of the type {}, expected labels of the type u8 or u16",
+                    name_of(labels.type()));
     LabelSlices slices(labels, grid.size);
     const glm::dmat4 grid_from_label = index_from_world(grid) * labels.grid().world_from_index;
     glm::dmat4 whole(1.0);

@@ -14,8 +14,8 @@ namespace palpate::io {
 // spacing, with axes that may be exchanged or reversed, and of another extent.
 class LabelSlices {
  public:
-    // An error, without a name before it, where samples lie more than a twentieth of the spacing
-    // off those of `grid`.
+    // An error, without a name before it, where samples are of another type than u8 and u16, or lie
+    // more than a twentieth of the spacing off those of `grid`.
     static Result<LabelSlices> make(const Volume& labels, const Grid& grid);
 
     // The slices of `grid` in which the label map has samples, also beyond its ends.

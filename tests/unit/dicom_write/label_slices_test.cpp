@@ -94,5 +94,19 @@ TEST(LabelSlices, OtherGridsAreRefused) {
     }
 }
 
+TEST(LabelSlices, SamplesThatAreNoLabelsAreRefused) {
+    const Grid grid = make_grid({4, 3, 5}, {1, 2, 3});
+    for (const ScalarType type :
+         {ScalarType::u8, ScalarType::i8, ScalarType::u16, ScalarType::i16, ScalarType::f32}) {
+        const bool taken = type == ScalarType::u8 || type == ScalarType::u16;
+        const Volume labels = make_volume(grid, type, [](glm::uvec3) { return 1.0; });
+        const auto slices = io::LabelSlices::make(labels, grid);
+        ASSERT_EQ(slices.has_value(), taken) << name_of(type);
+        if (!taken) {
+            EXPECT_THAT(slices.error().message, HasSubstr("expected labels of the type u8 or u16"));
+        }
+    }
+}
+
 } // namespace
 } // namespace palpate

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "engine/io/dicom_labels_write.h"
+#include "engine/io/dicom_modules.h"
 #include "tests/unit/dicom_write/series.h"
 
 namespace palpate {
@@ -120,6 +121,8 @@ TEST_P(DicomLabelsWritten, RefusalsLeaveNothing) {
         return make_volume(at, ScalarType::u8, [value](glm::uvec3) { return value; });
     };
     expect_refused(save(of(grid, 0)), "no labels");
+    expect_refused(save(make_volume(grid, ScalarType::f32, [](glm::uvec3) { return 1.5; })),
+                   "expected labels of the type u8 or u16");
     Grid shifted = grid;
     shifted.world_from_index[3] += 0.5 * shifted.world_from_index[0];
     expect_refused(save(of(shifted, 1)), "another grid");
@@ -135,6 +138,73 @@ TEST_P(DicomLabelsWritten, RefusalsLeaveNothing) {
     stopped.stop = stop.get_token();
     expect_refused(save(of(grid, 1), {}, stopped), "stopped");
     EXPECT_TRUE(save(of(grid, 1)));
+}
+
+void set_attribute(DicomParts& parts, uint32_t tag, const std::string& value) {
+    std::erase_if(parts.attributes, [&](const DicomAttribute& one) { return one.tag == tag; });
+    parts.attributes.push_back({tag, value});
+}
+
+TEST_P(DicomLabelsWritten, ValuesOfAnyLengthOfTheReferenceLeaveAWholeFile) {
+    std::mt19937 random(7);
+    write(test::random_place(random));
+    for (const uint32_t tag : {0x00080050u, 0x00081030u, 0x00100010u, 0x00100020u, 0x00120063u})
+        set_attribute(reference_.parts, tag, std::string(70000, 'L'));
+    reference_.parts.series_uid = std::string(70000, '1');
+    reference_.parts.slices[0].instance_uid = std::string(70000, '2');
+    const Volume labels =
+        make_volume(reference_.grid, ScalarType::u8, [](glm::uvec3) { return 3.0; });
+    ASSERT_TRUE(save(labels));
+    const auto back = load_labels(folder_ / "seg.dcm");
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(back->volume.size(), labels.size());
+    EXPECT_EQ(back->volume.range().min, 3.0f);
+    EXPECT_LT(test::fs::file_size(folder_ / "seg.dcm"), 65536u);
+}
+
+TEST(ObjectsOfReferences, LeaveOutWhatRepresentationsDoNotAllow) {
+    const auto keeps = [](uint32_t tag, const std::string& value) {
+        DicomParts parts;
+        set_attribute(parts, tag, value);
+        return io::object_of(parts, {}).encoded().find(value) != std::string::npos;
+    };
+    const auto letters = [](size_t count) { return std::string(count, 'Q'); };
+    EXPECT_TRUE(keeps(0x00080050, letters(16))); // SH
+    EXPECT_FALSE(keeps(0x00080050, letters(17)));
+    EXPECT_TRUE(keeps(0x00100020, letters(64))); // LO
+    EXPECT_FALSE(keeps(0x00100020, letters(65)));
+    EXPECT_TRUE(keeps(0x00120063, letters(64) + "\\" + letters(64))); // of several values
+    std::string many = letters(64);
+    while (many.size() < 70000)
+        many += "\\" + letters(64);
+    EXPECT_FALSE(keeps(0x00120063, many));
+    std::string umlauts; // of two bytes each
+    for (int i = 0; i < 64; ++i)
+        umlauts += "ö";
+    EXPECT_TRUE(keeps(0x00100020, umlauts));
+    EXPECT_FALSE(keeps(0x00100020, umlauts + "ö"));
+    EXPECT_TRUE(keeps(0x00100010, letters(64) + "=" + letters(64) + "=" + letters(64))); // PN
+    EXPECT_FALSE(keeps(0x00100010, letters(5) + "=" + letters(65)));
+    EXPECT_FALSE(keeps(0x00100010, "a=b=c=d"));
+
+    const auto keeps_uid = [](const std::string& uid) {
+        DicomParts parts;
+        parts.study_uid = uid;
+        return io::object_of(parts, {}).encoded().find(uid) != std::string::npos;
+    };
+    EXPECT_TRUE(keeps_uid("9.8." + std::string(60, '7')));
+    EXPECT_FALSE(keeps_uid("9.8." + std::string(61, '7')));
+    for (const char* const malformed : {"9.8.x7", "9.8..7", ".9.8.7", "9.8.7.", "9.8 7"})
+        EXPECT_FALSE(keeps_uid(malformed)) << malformed;
+}
+
+TEST(DicomSets, TextLongerThanSixteenBitsTellIsAFault) {
+    io::DicomSet set;
+    set.text(0x00100020, "LO", std::string(65536, 'L'));
+    EXPECT_DEATH((void)set.encoded(), "0xfffe");
+    EXPECT_EQ(set.encoded(io::DicomEncoding::implicit_little).size(), 65536u + 8u);
+    set.text(0x00100020, "LO", std::string(65534, 'L'));
+    EXPECT_EQ(set.encoded().size(), 65534u + 8u);
 }
 
 TEST_P(DicomLabelsWritten, TellNothingOfTheMachine) {
