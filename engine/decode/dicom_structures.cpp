@@ -25,8 +25,9 @@ using gdcm::DataSet;
 using gdcm::Tag;
 
 constexpr const char* kStructureSetClass = "1.2.840.10008.5.1.4.1.1.481.3";
-constexpr size_t kMetaBytes = 1024;
-constexpr double kMostOffPlane = 0.1; // of the distance of slices
+constexpr size_t kClassWithin = 1024;         // of a file, within which it states its class
+constexpr double kMostOffPlane = 0.1;         // of the distance of slices
+constexpr double kSliceBeyond = 4294967296.0; // beyond the slices of every grid
 constexpr double kHalf = 0.5, kHalfRounding = 1e-6;
 
 // One structure, in samples of the grid.
@@ -63,6 +64,11 @@ Result<void> take_contours(const std::string& name, const DataSet& set,
         double low = 0, high = 0;
         for (size_t at = 0; at < mm.size(); at += 3) {
             const glm::dvec4 index = index_from_mm * glm::dvec4(mm[at], mm[at + 1], mm[at + 2], 1);
+            if (!(std::isfinite(index.x) && std::isfinite(index.y) && std::isfinite(index.z)))
+                return fail(
+                    "{}: contour {} of structure {} has a point ({:.4g}, {:.4g}, {:.4g} mm) too "
+                    "far away to be placed among the samples of the series",
+                    name, i + 1, words_of(structure), mm[at], mm[at + 1], mm[at + 2]);
             outline.emplace_back(index);
             low = at == 0 ? index.z : std::min(low, index.z);
             high = at == 0 ? index.z : std::max(high, index.z);
@@ -73,7 +79,8 @@ Result<void> take_contours(const std::string& name, const DataSet& set,
                 "{}: contour {} of structure {} lies between the slices of the series, or "
                 "across them (from slice {:.4g} to {:.4g})",
                 name, i + 1, words_of(structure), low, high);
-        structure.slices[static_cast<int64_t>(slice)].push_back(std::move(outline));
+        structure.slices[static_cast<int64_t>(std::clamp(slice, -1.0, kSliceBeyond))].push_back(
+            std::move(outline));
     }
     return {};
 }
@@ -135,8 +142,9 @@ Result<std::vector<Structure>> read_structures(const DecodeRequest& request, con
 
 void number_labels(const std::string& name, std::vector<Structure>& structures,
                    std::vector<std::string>& warnings) {
-    const bool fit =
-        !structures.empty() && structures.front().number > 0 && structures.back().number <= 65535;
+    if (structures.empty())
+        return;
+    const bool fit = structures.front().number > 0 && structures.back().number <= 65535;
     for (size_t i = 0; i < structures.size(); ++i)
         structures[i].label.label = fit ? structures[i].number : static_cast<uint32_t>(i + 1);
     if (!fit)
@@ -208,16 +216,48 @@ void paint(const std::vector<Structure>& structures, const Grid& grid, std::span
         }
 }
 
+// The class that a little-endian file states near its beginning: in the meta header (0002,0002),
+// or, without one, in the data set (0008,0016). Empty where it states none.
+std::string_view class_of(std::string_view head) {
+    const auto number = [&](size_t at, size_t bytes) {
+        uint32_t value = 0;
+        for (size_t i = 0; i < bytes; ++i)
+            value |= uint32_t{static_cast<uint8_t>(head[at + i])} << 8 * i;
+        return value;
+    };
+    const auto is_letter = [](char c) { return c >= 'A' && c <= 'Z'; };
+    size_t at = head.size() > 132 && head.substr(128, 4) == "DICM" ? 132 : 0;
+    while (at + 12 <= head.size()) {
+        const uint32_t tag = number(at, 2) << 16 | number(at + 2, 2);
+        const std::string_view kind = head.substr(at + 4, 2);
+        size_t value = at + 8, bytes = 0;
+        if (!is_letter(kind[0]) || !is_letter(kind[1])) {
+            bytes = number(at + 4, 4); // implicit
+        } else if (std::string_view("OB OW SQ UN UT").find(kind) != std::string_view::npos) {
+            value = at + 12;
+            bytes = number(at + 8, 4);
+        } else {
+            bytes = number(at + 6, 2);
+        }
+        if (tag == 0x00020002 || tag == 0x00080016) {
+            const std::string_view uid = head.substr(value, bytes);
+            return uid.substr(0, uid.find_last_not_of(std::string_view(" \0", 2)) + 1);
+        }
+        if (tag > 0x00080016)
+            break;
+        at = value + bytes;
+    }
+    return {};
+}
+
 } // namespace
 
 bool is_structure_set(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
-    std::string head(kMetaBytes, '\0');
-    in.read(head.data(), kMetaBytes);
-    const std::string class_uid = kStructureSetClass;
-    const size_t at = head.find(class_uid); // the first UID of the meta header is the class
-    return head.compare(128, 4, "DICM") == 0 && at != std::string::npos &&
-           at + class_uid.size() < head.size() && head[at + class_uid.size()] == '\0';
+    std::string head(kClassWithin, '\0');
+    in.read(head.data(), kClassWithin);
+    head.resize(static_cast<size_t>(in.gcount()));
+    return class_of(head) == kStructureSetClass;
 }
 
 Result<Decoded> decode_structures(const DecodeRequest& request, VoxelSink& sink) {

@@ -185,6 +185,8 @@ void add_edge(glm::dvec2 from, glm::dvec2 to, glm::uvec2 size, std::vector<doubl
         std::swap(from, to);
     const double slope = (to.x - from.x) / (to.y - from.y);
     const double first = std::max(from.y, 0.0), last = std::min(to.y, double(size.y));
+    if (!(first < last)) // beyond the slice, however far
+        return;
     for (auto row = static_cast<int64_t>(std::floor(first)); double(row) < last; ++row) {
         const double top = std::max(first, double(row)), bottom = std::min(last, double(row + 1));
         if (!(bottom > top))

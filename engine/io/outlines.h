@@ -23,7 +23,7 @@ std::vector<Outline> outlines_of(std::span<const uint16_t> slice, glm::uvec2 siz
 // The area that polygons enclose of each sample of a slice, 0 .. 1, x fastest.
 // Polygons that lie within another take their area away, and give it again
 // within the next, as even-odd filling does; where the outlines of two cross,
-// areas are added and cut off at 1.
+// areas are added and cut off at 1. Coordinates are finite.
 std::vector<float> covered_areas(std::span<const Outline> polygons, glm::uvec2 size);
 
 } // namespace palpate::io

@@ -202,6 +202,66 @@ TEST_F(ForeignStructures, WhatIsNoneIsSaidOrRefused) {
                 AllOf(HasSubstr("(RTSTRUCT)"), HasSubstr("--reference")));
 }
 
+TEST_F(ForeignStructures, PointsOfAnyFinitePlaceAreCutToTheSeries) {
+    const auto loaded =
+        read_file(structure_file({{{{0.5, -0.5}, {10.5, -0.5}, {5, 1e20}, {6, 2e20}}, 3},
+                                  {{{0, 0}, {10, 0}, {5, 9}}, 1e20},
+                                  {{{0, 0}, {10, 0}, {5, 9}}, -1e20}}));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_THAT(loaded->warnings, Contains(HasSubstr("2 contours lie beyond")));
+    EXPECT_EQ(count(loaded->volume, 3), 10u * 50u); // columns 1 .. 10, to the last row
+}
+
+TEST_F(ForeignStructures, PointsBeyondAllNumbersAreRefused) {
+    write_reference({{60, 50, 5}, {0.5, 0.5, 3}, glm::dmat3(1.0), {0, 0, 0}});
+    for (const glm::dvec2 far : {glm::dvec2(5, 1.5e308), glm::dvec2(-1.5e308, 5)})
+        EXPECT_THAT(
+            read_file(structure_file({{{{0, 0}, {10, 0}, far}, 3}})).error().message,
+            AllOf(HasSubstr("other.dcm: contour 1 of structure 3 't'"), HasSubstr("too far away")));
+}
+
+TEST_F(ForeignStructures, AreKnownByTheirClassAlone) {
+    const std::string padded = std::string(test::kStructureClass) + " ";
+    const auto square = std::pair(std::vector<glm::dvec2>{{1, 1}, {9, 1}, {9, 9}, {1, 9}}, 3.0);
+    for (const bool implicit : {false, true}) {
+        test::default_encoding = {implicit, false};
+        const std::string whole = structure_file({square});
+        test::default_encoding = {};
+        // Without a meta header: from the class in the data set on.
+        const auto bare = read_file(whole.substr(whole.find(std::string("\x08\0\x16\0", 4))));
+        ASSERT_TRUE(bare) << bare.error().message;
+        EXPECT_EQ(count(bare->volume, 3), 63u);
+        // Padded by a space, as texts are.
+        std::string spaced = whole;
+        const size_t at = spaced.find(test::kStructureClass);
+        ASSERT_EQ(spaced[at + padded.size() - 1], '\0');
+        spaced[at + padded.size() - 1] = ' ';
+        const auto other = read_file(spaced);
+        ASSERT_TRUE(other) << other.error().message;
+        EXPECT_EQ(count(other->volume, 3), 63u);
+    }
+}
+
+TEST_F(ForeignStructures, AnImageThatRefersToAStructureSetIsAnImage) {
+    test::DicomData item, image = test::image({{6, 5, 1}, {1, 1, 3}, glm::dmat3(1.0), {}}, 0);
+    item.put(8, 0x1150, "UI", test::kStructureClass).put(8, 0x1155, "UI", "1.2.3.7");
+    image.put_items(8, 0x1140, {item});
+    test::write(folder_ / "image.dcm", image.file(test::kCtClass, "1.2.3.9"));
+    const auto loaded = load_volume(folder_ / "image.dcm");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->volume.size(), glm::uvec3(6, 5, 1));
+}
+
+TEST_F(ForeignStructures, AnEmptySetGivesNoLabelsAndNoWarning) {
+    test::DicomData data;
+    data.put(8, 0x60, "CS", "RTSTRUCT");
+    const auto loaded = read_file(data.file(test::kStructureClass, "1.2.3.7"));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_TRUE(loaded->labels.empty());
+    EXPECT_EQ(loaded->volume.range().max, 0.0f);
+    EXPECT_THAT(loaded->warnings, ::testing::Not(Contains(HasSubstr("counted from 1"))));
+}
+
 // However short a file is cut, there is a sentence or a label map.
 TEST_F(ForeignStructures, CutFilesEndInASentence) {
     const std::string whole = structure_file({{circle({20, 20}, 6, 12), 3}});
@@ -219,6 +279,10 @@ TEST_F(StructureSets, RefusalsLeaveNothing) {
         return make_volume(at, ScalarType::u8, [value](glm::uvec3) { return value; });
     };
     EXPECT_THAT(save(of(reference_.grid, 0)).error().message, HasSubstr("no labels"));
+    EXPECT_THAT(save(make_volume(reference_.grid, ScalarType::i16, [](glm::uvec3) { return -1.0; }))
+                    .error()
+                    .message,
+                HasSubstr("expected labels of the type u8 or u16"));
     EXPECT_THAT(save(of(make_grid({6, 5, 4}, {1, 1, 3}, {0.5, 0, 0}), 1)).error().message,
                 HasSubstr("another grid"));
     EXPECT_THAT(save(of(make_grid({6, 5, 4}, {1, 1, 3}, {0, 0, 3}), 1)).error().message,
