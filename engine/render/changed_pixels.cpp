@@ -47,8 +47,8 @@ bool meets(const SliceLayer& slice, const Grid& grid, const AxisBox& box) {
     return low <= 0.5 * slice.slab_mm && high >= -0.5 * slice.slab_mm;
 }
 
-// Boxes that hold all samples that differ: one a changed block of samples, or one a brick where many
-// bricks have changed.
+// Boxes that hold all samples that differ: one a changed block of samples, or one a brick where
+// many bricks have changed.
 std::vector<ChangedBox> boxes_of_change(const Volume& before, const Volume& after) {
     constexpr size_t kFewBricks = 64;
     const std::vector<ChangedBrick> bricks = changed_bricks(before, after);

@@ -47,7 +47,7 @@ const RecordedSteps kAllSessions[] = {
     {"window_width_by_drag", "at axial 0 30; hold w; drag left 250 0; let w",
      R"({"window": [-503.6563656918091, 583.6563656918091]})"},
     {"window_of_all_values", "key 2", R"({"window": [-1041, 1130]})"},
-    {"window_of_a_lung_where_values_may_be_hu", "key 4", R"({"window": [-1350, 150]})"},
+    {"window_of_a_lung_where_values_may_be_hu", "key 3", R"({"window": [-1350, 150]})"},
     {"window_and_back", "key 2; key 1", R"({"window": [-160, 240]})"},
     {"window_by_widget", "widget window/2", R"({"window": [-1041, 1130]})"},
     {"window_reset", "key 2; key r", R"({"window": [-160, 240]})"},

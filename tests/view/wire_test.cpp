@@ -2,6 +2,7 @@
 
 #include "apps/view/tools/wire_tool.h"
 
+#include <algorithm>
 #include <set>
 
 #include "engine/volume/extent.h"
@@ -100,7 +101,9 @@ TEST(WireTool, ClicksFreezeAndEscapeDrops) {
     click({40, -30});
     EXPECT_EQ(hand.state.own.of<Wiring>().frozen.size(), 2u);
     hand.take({.kind = Event::Kind::key, .down = true, .key = "enter"});
-    EXPECT_TRUE(hand.orders.empty()) << "two samples have no inside";
+    EXPECT_EQ(std::ranges::count(hand.orders, Order(order::FillWire{})), 0)
+        << "two samples have no inside";
+    hand.orders.clear();
     click({40, 30});
     hand.take({.kind = Event::Kind::key, .down = true, .key = "escape"});
     EXPECT_TRUE(hand.state.own.of<Wiring>().frozen.empty());

@@ -137,7 +137,7 @@ std::string why_idle(const KeyPress& press, bool is_known) {
     if (press.is("delete"))
         return "nothing is chosen: a click on a measure chooses it (M)";
     if (press.is("enter"))
-        return "nothing is begun that Enter would end";
+        return "Enter ends a polygon, or an outline of at least three points: none is begun";
     if (!is_known)
         return name_of_key(press) + " does nothing: ? lists all keys";
     if (press.ctrl())
