@@ -6,6 +6,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <map>
 
@@ -14,6 +15,15 @@ namespace palpate::view {
 namespace {
 
 std::string g_error; // GLFW's last
+
+// Whether a key that stays down acts again and again: what steps does, what switches does not.
+bool repeats(const Event& event) {
+    if (event.modifiers.ctrl)
+        return true;
+    if (event.key.size() == 1)
+        return std::isalnum(static_cast<unsigned char>(event.key[0])) == 0;
+    return event.key != "space" && event.key != "enter" && event.key != "escape";
+}
 
 std::string name_of_key(int key) {
     static const std::map<int, std::string> names{{GLFW_KEY_ESCAPE, "escape"},
@@ -187,7 +197,7 @@ void Window::listen() {
         Event event = of(window).event(Event::Kind::key);
         event.key = name_of_key(key, scancode);
         event.down = action != GLFW_RELEASE;
-        if (!event.key.empty())
+        if (!event.key.empty() && (action != GLFW_REPEAT || repeats(event)))
             of(window).events_.push(std::move(event));
     });
     glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned int code) {
