@@ -7,7 +7,7 @@
 
 namespace palpate::io {
 
-// What objects take over that are made from the images of a stack. An error where the images state
+// The parts that an object takes over from the images of a stack. An error where the images state
 // no study, or several frames of reference, or were resampled. Where they state no frame of
 // reference, its UID is empty.
 Result<DicomParts> reference_of(const std::string& name,

@@ -159,12 +159,7 @@ void number_labels(const std::string& name, std::vector<Structure>& structures,
 bool holds_center(const std::vector<Outline>& outlines, glm::dvec2 at) {
     bool inside = false;
     for (const Outline& outline : outlines)
-        for (size_t i = 0; i < outline.size(); ++i) {
-            const glm::dvec2 a = outline[i], b = outline[(i + 1) % outline.size()];
-            if ((a.y > at.y) != (b.y > at.y) &&
-                at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x))
-                inside = !inside;
-        }
+        inside ^= io::contains(outline, at);
     return inside;
 }
 

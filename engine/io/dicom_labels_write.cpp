@@ -34,7 +34,7 @@ struct SegFrame {
     uint16_t segment;
 };
 
-// What the labels hold, on the reference's grid.
+// The labels and slices that the map has, on the reference's grid.
 struct Layout {
     LabelSlices slices;
     std::vector<uint16_t> labels; // by rising number: segment 1 is labels[0]

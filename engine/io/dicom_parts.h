@@ -22,8 +22,8 @@ struct DicomSlice {
     friend bool operator==(const DicomSlice&, const DicomSlice&) = default;
 };
 
-// What an object made from a series of images takes over: the patient and the study it belongs to,
-// the frame of reference in which its coordinates hold, and the images it refers to.
+// The parts that an object takes over from a series of images: the patient and the study it belongs
+// to, the frame of reference in which its coordinates hold, and the images it refers to.
 struct DicomParts {
     std::string study_uid, series_uid, frame_of_reference_uid;
     std::vector<DicomAttribute> attributes; // of patient and study, by rising tag

@@ -51,7 +51,7 @@ struct Corner {
 
 // Walks around samples with them on the right hand, y downwards: along the
 // upper side of a sample to the right, along its right side down, and so on.
-// Where two samples meet at a corner alone, the walk stays with its own.
+// A walk round samples stays with its own where two of them meet at a corner alone.
 class Tracer {
  public:
     explicit Tracer(const Mask& mask)
@@ -238,17 +238,6 @@ double signed_area(const Outline& polygon) {
     return 0.5 * twice;
 }
 
-bool contains(const Outline& polygon, glm::dvec2 point) {
-    bool inside = false;
-    for (size_t i = 0; i < polygon.size(); ++i) {
-        const glm::dvec2 a = polygon[i], b = polygon[(i + 1) % polygon.size()];
-        if ((a.y > point.y) != (b.y > point.y) &&
-            point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x))
-            inside = !inside;
-    }
-    return inside;
-}
-
 // Whether most of the middles of its edges lie in the other: a corner may lie
 // on the other's edge.
 bool lies_within(const Outline& inner, const Outline& outer) {
@@ -269,6 +258,17 @@ std::vector<Outline> outlines_of(std::span<const uint16_t> slice, glm::uvec2 siz
     tracer.trace();
     tracer.join_holes();
     return tracer.outlines();
+}
+
+bool contains(const Outline& polygon, glm::dvec2 point) {
+    bool inside = false;
+    for (size_t i = 0; i < polygon.size(); ++i) {
+        const glm::dvec2 a = polygon[i], b = polygon[(i + 1) % polygon.size()];
+        if ((a.y > point.y) != (b.y > point.y) &&
+            point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x))
+            inside = !inside;
+    }
+    return inside;
 }
 
 std::vector<float> covered_areas(std::span<const Outline> polygons, glm::uvec2 size) {

@@ -20,6 +20,10 @@ using Outline = std::vector<glm::dvec2>;
 // width, the keyhole technique of DICOM (PS3.3 C.8.8.6.3).
 std::vector<Outline> outlines_of(std::span<const uint16_t> slice, glm::uvec2 size, uint16_t label);
 
+// Whether a point lies within a polygon, in samples both: even-odd, and of two
+// polygons which share an edge one has a point on it.
+bool contains(const Outline& polygon, glm::dvec2 point);
+
 // The area that polygons enclose of each sample of a slice, 0 .. 1, x fastest.
 // Polygons that lie within another take their area away, and give it again
 // within the next, as even-odd filling does; where the outlines of two cross,

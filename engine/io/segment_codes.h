@@ -20,7 +20,7 @@ struct DicomCode {
     friend bool operator==(const DicomCode&, const DicomCode&) = default;
 };
 
-// What a segment is, as segmentations state it.
+// The codes by which a segmentation states what a segment is.
 struct SegmentCode {
     DicomCode category{"SCT", "85756007", "Tissue"};
     DicomCode type{"SCT", "85756007", "Tissue"};

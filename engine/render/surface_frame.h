@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// What a SurfaceFrame says of a surface beside the camera.
+// The part of a SurfaceFrame that does not depend on the camera, for one surface.
 struct SurfaceFrameMesh {
     glm::dmat4 world_from_mesh;
     uint32_t first_style, style_count;

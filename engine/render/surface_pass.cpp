@@ -225,8 +225,8 @@ void SurfacePass::start_work(Commands& commands, uint32_t surface, const Surface
     commands.fill(scratch_->work, std::span(words, sizeof work / sizeof *words));
 }
 
-// What draws the opaque triangles of a surface, or the see-through ones; the last of its resources
-// is the list of those over many pixels, and before it the work.
+// The shader and resources that draw the opaque triangles of a surface, or the see-through ones.
+// The last resource is the list of triangles over many pixels; the work comes before it.
 SurfacePass::Drawing SurfacePass::drawing(const Part& part, const SurfaceArrays& arrays,
                                           bool through) {
     Drawing drawing{{.has_through = through,

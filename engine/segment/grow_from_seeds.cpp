@@ -10,8 +10,8 @@ namespace palpate {
 
 namespace {
 
-// Of 0.2, 2, 5, 17 and 170 diagonals the best mean Dice of ten organs of a CT, with two sets of
-// simulated seeds.
+// 0.2, 2, 5, 17 and 170 diagonals were tried on ten organs of a CT, with two sets of simulated
+// seeds: mean Dice was best here with one set, and even with the best with the other.
 constexpr double kDiagonals = 5.0;
 
 double highest_edge_mm(const Grid& grid) {

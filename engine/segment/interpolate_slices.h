@@ -30,7 +30,7 @@ struct BetweenSlicesOptions {
 // samples, beyond the border its nearest value). A piece that belongs to none shrinks against the
 // whole label of the other slice, without a move.
 //
-// Of several labels the lowest blend takes a sample, of equal ones the lowest label. Only samples
+// Among several labels the lowest blend takes a sample, then the lowest label. Only samples
 // that are 0 take any, so what was drawn stays, and slices that carry a label stay as they are for
 // it. A label in one slice alone stays as it is: nothing is made beyond the first and the last.
 // Labels across x take samples before those across y, those before the ones across z. In the map's

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What a label becomes, by a second set of samples.
+// The samples that a label gets, from its own and a second set.
 enum class LabelLogic {
     copy,      // the set
     add,       // its samples and those of the set

@@ -21,7 +21,7 @@ struct ChangedLabels {
 // of it); one stays that is farther than that from every sample outside its label. That is
 // morphology() by a ball, and the border of the volume is no border of a label.
 //
-// Of several labels that reach a sample the nearest takes it, of equally near ones the lowest; so
+// Among labels that reach a sample the nearest takes it, and of equally near ones the lowest; so
 // labels that grow meet half-way and do not overlap. Labels that touch shrink from each other.
 //
 // The result has the type of the map; NaN is 0; bricks that do not change stay shared. Refused:

@@ -26,7 +26,7 @@ struct MethodParameter {
 
 using ParameterValues = std::map<std::string, double, std::less<>>;
 
-// What a run leaves behind for one that follows: of each method its own.
+// State that a run keeps for one that follows; each method has its own kind.
 class KeptRun {
  public:
     virtual ~KeptRun() = default;

@@ -33,8 +33,8 @@ struct GrowTile;
 // samples at the fronts.
 class SeedForest {
  public:
-    // Of no seeds yet. `heights` as of grow_heights(), a sample of the grid each; `highest_mm` > 0
-    // is the height in mm of the highest rank.
+    // A forest without seeds yet. `heights` as of grow_heights(), a sample of the grid each;
+    // `highest_mm` > 0 is the height in mm of the highest rank.
     SeedForest(const Grid& grid, std::vector<uint16_t> heights, double highest_mm);
     SeedForest(SeedForest&&) noexcept;
     SeedForest& operator=(SeedForest&&) noexcept;

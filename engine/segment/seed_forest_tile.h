@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What waits to be done in a cube of kBrickSide samples of a SeedForest. One thread at a time works
+// The work that waits in a cube of kBrickSide samples of a SeedForest. One thread at a time works
 // on it; the tiles beside it do not run meanwhile, and only tell.
 struct GrowTile {
     static constexpr uint32_t kNothing = ~uint32_t{0};

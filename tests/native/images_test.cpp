@@ -88,7 +88,7 @@ Held random_image(VkFormat format, Size size, bool is_array, native::Sampler sam
     return held;
 }
 
-// Of the texel that is nearest within the image; zeros beyond it where the sampler says so.
+// Reads the texel that is nearest within the image; zeros beyond it where the sampler says so.
 Texel read(const Held& held, std::array<int, 3> at) {
     const native::Image& image = held.bound.image;
     const int size[3] = {static_cast<int>(image.width), static_cast<int>(image.height),

@@ -1,4 +1,4 @@
-// What a person is asked, or told, about a file that was read: a label map, one image of many, a
+// Questions and messages about a file that was read: a label map, one image of many, a
 // second volume that holds labels.
 
 #include <fstream>

@@ -59,7 +59,7 @@ TEST_F(Signs, RowsOfAnExportStayWhereTheyAre) {
     EXPECT_EQ(top_of("figure/paper"), paper);
 }
 
-// What is opened comes first in the list of what was opened last, once the pointer has left it.
+// A file that is opened moves to the top of the recent files once the pointer has left them.
 TEST_F(Signs, ASecondClickOpensNoOtherFile) {
     std::vector<std::string> recent{"synthetic:ball?size=24", "synthetic:phantom?size=20",
                                     "synthetic:phantom?size=24"};

@@ -7,7 +7,7 @@
 
 namespace palpate::view {
 
-// What a change of a label reads beside the labels.
+// The input of a change of a label, beside the label map.
 struct LabelChangeInput {
     uint16_t label = 1;                 // that changes
     double by_mm = 1.0;                 // by how far

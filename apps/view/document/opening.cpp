@@ -93,7 +93,7 @@ bool seems_hu(const ValueRange& range) {
     return range.min <= -900.0f && range.max >= 300.0f;
 }
 
-// Of equal ones the first stays, with the name that says more, which is that of a later one.
+// Equal windows become one: the first, with the later name, which says more.
 void list_once(std::vector<GreyWindow>& windows, std::vector<std::string>& names) {
     for (size_t i = 0; i < windows.size(); ++i)
         for (size_t j = windows.size() - 1; j > i; --j)

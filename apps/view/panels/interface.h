@@ -54,7 +54,7 @@ class Interface {
     // Offers of a window without a file; their pictures are kWelcomeTexture. Null: none.
     void show_welcome(const Welcome* welcome) { welcome_ = welcome; }
     static constexpr uint32_t kWelcomeTexture = 2 + static_cast<uint32_t>(kPanels.size());
-    // What was told and sought of the document before is forgotten.
+    // Forgets messages and searches of the document before.
     void begin_document();
     // The pictures of the chooser of series, in the texture of this number; null: none.
     void show_previews(const SeriesPreviews* previews) { previews_ = previews; }

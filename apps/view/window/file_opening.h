@@ -13,7 +13,7 @@
 
 namespace palpate::view {
 
-// What was read to lie beside the volume that is open.
+// A file that was read to lie beside the volume that is open.
 struct FileBeside {
     LoadedVolume read;
     bool is_labels = false; // on the volume's grid; else another volume

@@ -250,7 +250,7 @@ TEST(DicomReferences, AreRefusedWhereNothingCanReferToThem) {
                 HasSubstr("several frames of reference"));
     EXPECT_THAT(refusal([](test::DicomData& data, uint32_t) { data.erase(0x20, 0x0d); }),
                 HasSubstr("state no study"));
-    // Of none at all a new one is made, and said.
+    // A series without a frame of reference gets a new one, which is said.
     EXPECT_EQ(refusal([](test::DicomData& data, uint32_t) { data.erase(0x20, 0x52); }), "");
     const auto lone = load_dicom_reference(folder / "ct");
     ASSERT_TRUE(lone);

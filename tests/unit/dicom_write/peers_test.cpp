@@ -1,4 +1,4 @@
-// What others make of the segmentations that are written: dciodvfy of dicom3tools, which checks
+// Other programs read the segmentations that are written: dciodvfy of dicom3tools, which checks
 // them against the standard, and pydicom.
 
 #include <gmock/gmock.h>

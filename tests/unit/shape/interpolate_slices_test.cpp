@@ -182,7 +182,7 @@ TEST(InterpolateSlices, TubesThatRunAslantStayRound) {
     }
 }
 
-// Where a disc becomes two, every slice between has what both have in common, and the two halves
+// A disc becomes two: every slice between has what both have in common, and the two halves
 // are apart near their end.
 TEST(InterpolateSlices, APieceBecomesTwo) {
     const Volume drawn =

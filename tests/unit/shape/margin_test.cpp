@@ -46,11 +46,11 @@ std::vector<long> squared_distances(const WallCase& c, const std::vector<float>&
     return out;
 }
 
-// Of each label that a map has.
+// One list a label of the map.
 using Distances = std::map<float, std::vector<long>>;
 
-// What a map becomes where samples of the labels `of` stay that `stays` says, by their distance to
-// the border, and those join that `joins` says.
+// The map that results where samples of the labels `of` stay that `stays` says, by their distance
+// to the border, and those join that `joins` says.
 template <class Stays, class Joins, class MayTake>
 std::vector<float> wall_twin(double unit_mm, const Distances& distances,
                              const std::vector<float>& labels, const std::vector<float>& of,
