@@ -15,28 +15,6 @@ namespace {
 
 using gdcm::Tag;
 
-// The attributes of patient, study and frame of reference (PS3.3 C.7.1.1, C.7.2.1, C.7.2.2,
-// C.7.4.1) that a new object of the same study repeats.
-constexpr uint32_t kTaken[] = {
-    0x00080020, // Study Date
-    0x00080030, // Study Time
-    0x00080050, // Accession Number
-    0x00080090, // Referring Physician's Name
-    0x00081030, // Study Description
-    0x00100010, // Patient's Name
-    0x00100020, // Patient ID
-    0x00100021, // Issuer of Patient ID
-    0x00100030, // Patient's Birth Date
-    0x00100040, // Patient's Sex
-    0x00101010, // Patient's Age
-    0x00101020, // Patient's Size
-    0x00101030, // Patient's Weight
-    0x00120062, // Patient Identity Removed
-    0x00120063, // De-identification Method
-    0x00200010, // Study ID
-    0x00201040, // Position Reference Indicator
-};
-
 // Reads the file without its pixels.
 Result<void> take_attributes(const std::string& name, const DicomFile& file, DicomParts& parts) {
     const Tag pixels(0x7fe0, file.pixel_element);
@@ -49,9 +27,9 @@ Result<void> take_attributes(const std::string& name, const DicomFile& file, Dic
     if (parts.study_uid.empty())
         return fail("{}: its images state no study (Study Instance UID)", name);
     const std::vector<std::string> sets = texts(set, Tag(0x0008, 0x0005));
-    for (const uint32_t tag : kTaken)
-        if (const std::string value = text(set, Tag(tag)); !value.empty())
-            parts.attributes.push_back({tag, utf8_of(value, sets)});
+    for (const TakenAttribute& taken : kTakenAttributes)
+        if (const std::string value = text(set, Tag(taken.tag)); !value.empty())
+            parts.attributes.push_back({taken.tag, utf8_of(value, sets)});
     return {};
 }
 

@@ -48,30 +48,13 @@ Result<Layout> lay_out(const std::string& name, const Volume& labels, const Grid
         return fail("{}: {}", name, slices.error().message);
     const auto seen = std::make_unique<std::bitset<kMostLabels>>();
     std::map<uint32_t, std::vector<uint16_t>> in_slice;
-    std::vector<uint16_t> samples;
-    uint64_t outside = 0;
-    for (int64_t k = slices->first(); k <= slices->last(); ++k) {
-        if (options.stop.stop_requested())
-            return fail("{}: writing was stopped", name);
-        outside += slices->read(k, samples);
-        std::vector<uint16_t> found = std::move(samples);
-        uint16_t last = 0; // runs are long
-        std::erase_if(found, [&](uint16_t label) {
-            return label == 0 || std::exchange(last, label) == label;
-        });
-        std::sort(found.begin(), found.end());
-        found.erase(std::unique(found.begin(), found.end()), found.end());
-        for (const uint16_t label : found)
-            seen->set(label);
-        if (!found.empty())
-            in_slice[static_cast<uint32_t>(k)] = std::move(found);
-        samples.clear();
-    }
-    if (outside > 0)
-        return fail("{}: {} samples with a label lie beyond the images of the reference", name,
-                    outside);
-    if (seen->none())
-        return fail("{}: the label map has no labels, so that there is no segment to write", name);
+    PALPATE_TRY(slices->visit(
+        name, options.stop,
+        [&](uint32_t k, std::span<const uint16_t>, const std::vector<uint16_t>& found) {
+            for (const uint16_t label : found)
+                seen->set(label);
+            in_slice[k] = found;
+        }));
     Layout layout{std::move(*slices), {}, {}};
     std::vector<uint16_t> number_of(kMostLabels);
     for (size_t label = 1; label < kMostLabels; ++label)

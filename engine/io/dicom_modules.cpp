@@ -12,20 +12,6 @@ namespace palpate::io {
 
 namespace {
 
-struct Taken {
-    uint32_t tag;
-    const char* representation;
-    bool always; // also where it is empty (type 2)
-};
-constexpr Taken kTaken[] = {
-    {0x00080020, "DA", true},  {0x00080030, "TM", true},  {0x00080050, "SH", true},
-    {0x00080090, "PN", true},  {0x00081030, "LO", false}, {0x00100010, "PN", true},
-    {0x00100020, "LO", true},  {0x00100021, "LO", false}, {0x00100030, "DA", true},
-    {0x00100040, "CS", true},  {0x00101010, "AS", false}, {0x00101020, "DS", false},
-    {0x00101030, "DS", false}, {0x00120062, "CS", false}, {0x00120063, "LO", false},
-    {0x00200010, "SH", true},  {0x00201040, "LO", true},
-};
-
 constexpr size_t kMostValueBytes = 0xfffe; // of a value
 
 bool only(std::string_view text, std::string_view letters) {
@@ -83,7 +69,7 @@ DicomMoment moment_now() {
 
 DicomSet object_of(const DicomParts& reference, const NewObject& object) {
     DicomSet set;
-    for (const Taken& taken : kTaken) {
+    for (const TakenAttribute& taken : kTakenAttributes) {
         const auto found = std::find_if(
             reference.attributes.begin(), reference.attributes.end(),
             [&](const DicomAttribute& attribute) { return attribute.tag == taken.tag; });

@@ -34,6 +34,33 @@ struct DicomParts {
 
 namespace io {
 
+// An attribute of patient, study or frame of reference (PS3.3 C.7.1.1, C.7.2.1, C.7.2.2, C.7.4.1)
+// that a new object of the same study repeats.
+struct TakenAttribute {
+    uint32_t tag;
+    const char* representation;
+    bool always; // also where it is empty (type 2)
+};
+inline constexpr TakenAttribute kTakenAttributes[] = {
+    {0x00080020, "DA", true},  // Study Date
+    {0x00080030, "TM", true},  // Study Time
+    {0x00080050, "SH", true},  // Accession Number
+    {0x00080090, "PN", true},  // Referring Physician's Name
+    {0x00081030, "LO", false}, // Study Description
+    {0x00100010, "PN", true},  // Patient's Name
+    {0x00100020, "LO", true},  // Patient ID
+    {0x00100021, "LO", false}, // Issuer of Patient ID
+    {0x00100030, "DA", true},  // Patient's Birth Date
+    {0x00100040, "CS", true},  // Patient's Sex
+    {0x00101010, "AS", false}, // Patient's Age
+    {0x00101020, "DS", false}, // Patient's Size
+    {0x00101030, "DS", false}, // Patient's Weight
+    {0x00120062, "CS", false}, // Patient Identity Removed
+    {0x00120063, "LO", false}, // De-identification Method
+    {0x00200010, "SH", true},  // Study ID
+    {0x00201040, "LO", true},  // Position Reference Indicator
+};
+
 // The modality of structure sets (PS3.3 C.7.3.1.1.1).
 constexpr const char* kStructureSet = "RTSTRUCT";
 

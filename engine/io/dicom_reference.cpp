@@ -1,10 +1,26 @@
 #include "engine/io/dicom_reference.h"
 
+#include "engine/base/printable.h"
+#include "engine/io/dicom_modules.h"
 #include "engine/io/dicom_set.h"
 #include "engine/io/narrow.h"
 #include "engine/io/sandbox.h"
 
 namespace palpate {
+
+namespace {
+
+// An error where an object would be without a UID that it must have.
+Result<void> check_uid(const std::string& name, const char* what, const std::string& uid) {
+    if (!io::allowed_uid(uid).empty())
+        return {};
+    return fail(
+        "{}: its images state '{}' as their {}, expected numbers with dots between them, at most "
+        "64 characters",
+        name, printable(uid.substr(0, 80)), what);
+}
+
+} // namespace
 
 Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
                                             const ReadOptions& options) {
@@ -18,6 +34,8 @@ Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
                                            : "a file of the kind " + found.decoded.modality);
     DicomReference reference{std::move(*found.decoded.reference), found.decoded.grid,
                              std::move(found.decoded.warnings)};
+    PALPATE_TRY(check_uid(path.string(), "Study Instance UID", reference.parts.study_uid));
+    PALPATE_TRY(check_uid(path.string(), "Series Instance UID", reference.parts.series_uid));
     if (std::string& uid = reference.parts.frame_of_reference_uid; uid.empty()) {
         uid = io::new_uid();
         reference.warnings.push_back(fmt::format(
@@ -25,6 +43,8 @@ Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
             "gets a new one",
             path.string()));
     }
+    PALPATE_TRY(
+        check_uid(path.string(), "Frame of Reference UID", reference.parts.frame_of_reference_uid));
     return reference;
 }
 

@@ -18,8 +18,8 @@ struct DicomReference {
 
 // Reads the headers of a series (a folder, a DICOMDIR or a file; options.series chooses among
 // several), without pixels. An error where it is no series of DICOM images, or where its images
-// state no study, or several frames of reference. Where they state none, as is seen in series that
-// were made anonymous, what is made from them gets a new one, with a warning.
+// state no study, several frames of reference, or UIDs that are none. Where they state none, as is
+// seen in series that were made anonymous, what is made from them gets a new one, with a warning.
 Result<DicomReference> load_dicom_reference(const std::filesystem::path& path,
                                             const ReadOptions& options = {});
 

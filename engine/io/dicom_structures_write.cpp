@@ -52,33 +52,17 @@ Result<std::vector<Region>> regions_of(const std::string& name, const Volume& la
     if (!slices)
         return fail("{}: {}", name, slices.error().message);
     std::map<uint16_t, Region> regions;
-    std::vector<uint16_t> samples;
-    uint64_t outside = 0;
-    for (int64_t k = slices->first(); k <= slices->last(); ++k) {
-        if (options.stop.stop_requested())
-            return fail("{}: writing was stopped", name);
-        outside += slices->read(k, samples);
-        std::vector<uint16_t> found = samples;
-        std::sort(found.begin(), found.end());
-        found.erase(std::unique(found.begin(), found.end()), found.end());
-        for (const uint16_t label : found) {
-            if (label == 0)
-                continue;
-            Region& region = regions.try_emplace(label, Region{label, {}}).first->second;
-            for (const io::Outline& outline :
-                 io::outlines_of(samples, glm::uvec2(reference.grid.size), label))
-                region.contours.push_back(contour_item(outline, static_cast<uint32_t>(k),
-                                                       region.contours.size() + 1, reference));
-        }
-    }
-    if (outside > 0)
-        return fail("{}: {} samples with a label lie beyond the images of the reference", name,
-                    outside);
-    if (regions.empty())
-        return fail(
-            "{}: the label map has no labels, so that there is no "
-            "structure to write",
-            name);
+    PALPATE_TRY(slices->visit(
+        name, options.stop,
+        [&](uint32_t k, std::span<const uint16_t> samples, const std::vector<uint16_t>& found) {
+            for (const uint16_t label : found) {
+                Region& region = regions.try_emplace(label, Region{label, {}}).first->second;
+                for (const io::Outline& outline :
+                     io::outlines_of(samples, glm::uvec2(reference.grid.size), label))
+                    region.contours.push_back(
+                        contour_item(outline, k, region.contours.size() + 1, reference));
+            }
+        }));
     std::vector<Region> all;
     for (auto& [label, region] : regions)
         all.push_back(std::move(region));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace palpate::io {
 
@@ -100,6 +101,35 @@ uint64_t LabelSlices::read(int64_t slice, std::vector<uint16_t>& out) const {
         }
     }
     return outside;
+}
+
+Result<void> LabelSlices::visit(const std::string& name, const std::stop_token& stop,
+                                const Visit& visit) const {
+    std::vector<uint16_t> samples, labels;
+    uint64_t outside = 0;
+    bool is_empty = true;
+    for (int64_t slice = first(); slice <= last(); ++slice) {
+        if (stop.stop_requested())
+            return fail("{}: writing was stopped", name);
+        outside += read(slice, samples);
+        labels.clear();
+        uint16_t before = 0; // runs are long
+        for (const uint16_t sample : samples)
+            if (sample != std::exchange(before, sample) && sample != 0)
+                labels.push_back(sample);
+        std::sort(labels.begin(), labels.end());
+        labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
+        if (labels.empty())
+            continue;
+        is_empty = false;
+        visit(static_cast<uint32_t>(slice), samples, labels);
+    }
+    if (outside > 0)
+        return fail("{}: {} samples with a label lie beyond the images of the reference", name,
+                    outside);
+    if (is_empty)
+        return fail("{}: the label map has no labels, so that there is nothing to write", name);
+    return {};
 }
 
 } // namespace palpate::io

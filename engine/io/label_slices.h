@@ -2,7 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
+#include <span>
+#include <stop_token>
+#include <string>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -25,6 +29,14 @@ class LabelSlices {
     // Fills one of them, x fastest; 0 where the label map has no sample. Returns how many samples
     // with a label lie beyond the ends of the grid.
     uint64_t read(int64_t slice, std::vector<uint16_t>& out) const;
+
+    // Calls visit(slice, samples, labels) for each slice that has labels, which are told by rising
+    // number. An error, with a name before it, where there is none, where samples with a label lie
+    // beyond the grid, and where it was stopped.
+    using Visit = std::function<void(uint32_t slice, std::span<const uint16_t> samples,
+                                     const std::vector<uint16_t>& labels)>;
+    Result<void> visit(const std::string& name, const std::stop_token& stop,
+                       const Visit& visit) const;
 
  private:
     LabelSlices(const Volume& labels, glm::uvec3 size) : labels_(labels), size_(size) {}

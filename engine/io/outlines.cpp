@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace palpate::io {
@@ -238,14 +239,86 @@ double signed_area(const Outline& polygon) {
     return 0.5 * twice;
 }
 
-// Whether most of the middles of its edges lie in the other: a corner may lie
-// on the other's edge.
-bool lies_within(const Outline& inner, const Outline& outer) {
-    size_t within = 0;
-    for (size_t i = 0; i < inner.size(); ++i)
-        if (contains(outer, 0.5 * (inner[i] + inner[(i + 1) % inner.size()])))
-            ++within;
-    return 2 * within > inner.size();
+// A polygon with what tells whether others lie within it.
+struct Nested {
+    const Outline* outline;
+    double area;
+    glm::dvec2 low, high;           // of its box
+    std::vector<Nested*> smaller{}; // those whose boxes meet its box
+    size_t depth = 0;               // how many it lies within
+};
+
+// Makes those deeper that lie within a polygon: most of the middles of their edges do, as a corner
+// may lie on the other's edge. Each middle has the answer of contains(), from the edges at its
+// height alone.
+void deepen_within(const Nested& outer) {
+    struct Middle {
+        glm::dvec2 at;
+        Nested* of;
+        bool is_in = false;
+    };
+    std::vector<Middle> middles;
+    for (Nested* const one : outer.smaller)
+        for (size_t i = 0; i < one->outline->size(); ++i) {
+            const Outline& edges = *one->outline;
+            middles.push_back({0.5 * (edges[i] + edges[(i + 1) % edges.size()]), one});
+        }
+    std::sort(middles.begin(), middles.end(),
+              [](const Middle& a, const Middle& b) { return a.at.y < b.at.y; });
+    for (size_t i = 0; i < outer.outline->size(); ++i) {
+        const glm::dvec2 a = (*outer.outline)[i];
+        const glm::dvec2 b = (*outer.outline)[(i + 1) % outer.outline->size()];
+        const double end = std::max(a.y, b.y);
+        for (auto middle =
+                 std::lower_bound(middles.begin(), middles.end(), std::min(a.y, b.y),
+                                  [](const Middle&one, double y) { return one.at.y < y; });
+             middle != middles.end() && middle->at.y < end; ++middle)
+            if (middle->at.x < a.x + (middle->at.y - a.y) / (b.y - a.y) * (b.x - a.x))
+                middle->is_in = !middle->is_in;
+    }
+    std::map<Nested*, size_t> within;
+    for (const Middle& middle : middles)
+        within[middle.of] += middle.is_in ? 1 : 0;
+    for (const auto& [one, count] : within)
+        if (2 * count > one->outline->size())
+            ++one->depth;
+}
+
+// Each polygon with its depth. Only those whose boxes meet are compared, which a walk from the left
+// to the right finds.
+std::vector<Nested> nested(std::span<const Outline> polygons) {
+    std::vector<Nested> all;
+    for (const Outline& polygon : polygons) {
+        if (polygon.empty())
+            continue;
+        Nested one{&polygon, signed_area(polygon), polygon[0], polygon[0]};
+        for (const glm::dvec2 at : polygon) {
+            one.low = glm::min(one.low, at);
+            one.high = glm::max(one.high, at);
+        }
+        all.push_back(std::move(one));
+    }
+    std::vector<Nested*> from_left, open;
+    for (Nested& one : all)
+        from_left.push_back(&one);
+    std::sort(from_left.begin(), from_left.end(),
+              [](const Nested* a, const Nested* b) { return a->low.x < b->low.x; });
+    for (Nested* const one : from_left) {
+        std::erase_if(open, [&](const Nested* other) { return other->high.x < one->low.x; });
+        for (Nested* const other : open) {
+            if (other->low.y > one->high.y || other->high.y < one->low.y)
+                continue;
+            if (std::abs(other->area) > std::abs(one->area))
+                other->smaller.push_back(one);
+            else if (std::abs(one->area) > std::abs(other->area))
+                one->smaller.push_back(other);
+        }
+        open.push_back(one);
+    }
+    for (const Nested& one : all)
+        if (!one.smaller.empty())
+            deepen_within(one);
+    return all;
 }
 
 } // namespace
@@ -273,16 +346,11 @@ bool contains(const Outline& polygon, glm::dvec2 point) {
 
 std::vector<float> covered_areas(std::span<const Outline> polygons, glm::uvec2 size) {
     std::vector<double> sums((size_t{size.x} + 1) * size.y);
-    for (const Outline& polygon : polygons) {
-        const double area = signed_area(polygon);
-        size_t depth = 0;
-        for (const Outline& other : polygons)
-            if (&other != &polygon && std::abs(signed_area(other)) > std::abs(area) &&
-                lies_within(polygon, other))
-                ++depth;
+    for (const Nested& one : nested(polygons)) {
+        const Outline& polygon = *one.outline;
         // To the right of an edge that rises in y lies what a polygon of negative
         // area encloses.
-        const bool turned = (area > 0) != (depth % 2 == 1);
+        const bool turned = (one.area > 0) != (one.depth % 2 == 1);
         for (size_t i = 0; i < polygon.size(); ++i) {
             glm::dvec2 a = polygon[i] + 0.5, b = polygon[(i + 1) % polygon.size()] + 0.5;
             if (turned)

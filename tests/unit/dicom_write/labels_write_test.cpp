@@ -250,6 +250,17 @@ TEST(DicomReferences, AreRefusedWhereNothingCanReferToThem) {
                 HasSubstr("several frames of reference"));
     EXPECT_THAT(refusal([](test::DicomData& data, uint32_t) { data.erase(0x20, 0x0d); }),
                 HasSubstr("state no study"));
+    // UIDs that an object could not repeat would leave it without one.
+    for (const auto& [element, what] : {std::pair<uint16_t, const char*>{0x0d, "Study"},
+                                        {0x0e, "Series"},
+                                        {0x52, "Frame of Reference"}})
+        for (const std::string& uid : {std::string("1.2..3"), std::string("1.x"),
+                                       std::string(65, '1'), std::string(70, '1')})
+            EXPECT_THAT(refusal([&](test::DicomData& data, uint32_t) {
+                            data.put(0x20, element, "UI", uid);
+                        }),
+                        AllOf(HasSubstr("state '" + uid + "' as their "), HasSubstr(what),
+                              HasSubstr("expected numbers with dots between them")));
     // A series without a frame of reference gets a new one, which is said.
     EXPECT_EQ(refusal([](test::DicomData& data, uint32_t) { data.erase(0x20, 0x52); }), "");
     const auto lone = load_dicom_reference(folder / "ct");

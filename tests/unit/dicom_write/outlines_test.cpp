@@ -147,6 +147,54 @@ TEST(CoveredAreas, AreThoseOfPolygonsClippedToEachSample) {
     }
 }
 
+// Outlines with holes of their own, one within the other and beside each other, as even-odd
+// filling of the middles of parts of samples has them. Areas of rectangles with corners at
+// multiples of a quarter are sums of parts of a sixteenth.
+TEST(CoveredAreas, OfNestedPolygonsAreThoseOfEvenOddFilling) {
+    std::mt19937 random(41);
+    const glm::uvec2 size(24, 24);
+    for (int round = 0; round < 100; ++round) {
+        std::vector<Outline> all;
+        // Splits a square into parts, and draws a rectangle with a margin in each, down to some
+        // depth: no two outlines cross.
+        const auto fill = [&](const auto& self, glm::dvec2 low, double side, int depth) -> void {
+            const double margin = 0.25 * double(1 + random() % 2);
+            const glm::dvec2 a = low + margin, b = low + (side - margin);
+            if (!(b.x - a.x >= 0.25))
+                return;
+            Outline square{{a.x, a.y}, {b.x, a.y}, {b.x, b.y}, {a.x, b.y}};
+            if (random() % 2 == 0)
+                std::reverse(square.begin(), square.end());
+            all.push_back(square);
+            if (depth == 0)
+                return;
+            const double part = std::floor((b.x - a.x) * 2) / 4; // a half, in quarters
+            for (int i = 0; i < 4; ++i)
+                if (random() % 4 != 0)
+                    self(self, a + part * glm::dvec2(i % 2, i / 2), part, depth - 1);
+        };
+        fill(fill, {-0.5, -0.5}, 24, 3);
+        std::shuffle(all.begin(), all.end(), random);
+        const std::vector<float> covered = covered_areas(all, size);
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x) {
+                int parts = 0;
+                for (int i = 0; i < 16; ++i) {
+                    const glm::dvec2 at(x - 0.375 + 0.25 * (i % 4), y - 0.375 + 0.25 * (i / 4));
+                    bool inside = false; // a rectangle, by its two corners
+                    for (const Outline& one : all) {
+                        const glm::dvec2 low = glm::min(one[0], one[2]);
+                        const glm::dvec2 high = glm::max(one[0], one[2]);
+                        inside ^= low.x < at.x && at.x < high.x && low.y < at.y && at.y < high.y;
+                    }
+                    parts += inside ? 1 : 0;
+                }
+                ASSERT_EQ(covered[size_t{y} * size.x + x], float(parts) / 16.0f)
+                    << round << ": " << x << " " << y;
+            }
+    }
+}
+
 TEST(CoveredAreas, BeyondTheSliceCountNothing) {
     const Outline square{{-3, -3}, {12, -3}, {12, 12}, {-3, 12}};
     for (const float area : covered_areas(std::vector<Outline>{square}, {4, 3}))

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdio>
+#include <sstream>
 
 #include "engine/io/dicom_labels_write.h"
 #include "tests/unit/dicom_write/series.h"
@@ -55,6 +56,20 @@ TEST_F(SegmentationPeers, DciodvfyFindsNoError) {
             EXPECT_EQ(said.find("Error"), std::string::npos) << said;
             EXPECT_NE(said.find("Segmentation"), std::string::npos) << said; // it ran
             test::fs::remove_all(folder_ / "ct");
+        }
+}
+
+// Version 20220618 of dicom3tools does not know label maps, which are of 2024, and expects that
+// segments are numbered without gaps, as those of other segmentations are.
+TEST_F(SegmentationPeers, DciodvfyFindsNoOtherErrorInALabelMap) {
+    write(DicomLabels::label_map, 1);
+    const auto [said, status] = said_by("dciodvfy " + (folder_ / "seg.dcm").string());
+    EXPECT_NE(status, 127 << 8) << said; // it ran
+    std::istringstream lines(said);
+    for (std::string line; std::getline(lines, line);)
+        if (line.find("Error") != std::string::npos) {
+            EXPECT_THAT(line, testing::AnyOf(testing::HasSubstr("Information Object Not found"),
+                                             testing::HasSubstr("SegmentNumber not monotonic")));
         }
 }
 
