@@ -10,12 +10,14 @@
 #include <filesystem>
 #include <thread>
 
+#include "engine/io/dicom_reference.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
 #include "engine/mesh/topology.h"
 #include "engine/program/surface_labels.h"
 #include "engine/volume/builder.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/io/dicom_bytes.h"
 #include "tests/view/viewer_fixture.h"
 
 namespace palpate::view {
@@ -79,6 +81,36 @@ TEST_F(LabelExportTest, AVolumeHoldsNamesAndColours) {
     EXPECT_TRUE(
         export_labels(labels, 3, file("named.mha"), {}, names)->find("without their names") !=
         std::string::npos);
+}
+
+// Of the series that the volume came from; of another volume it is refused.
+TEST_F(LabelExportTest, DicomObjectsBelongToTheOpenSeries) {
+    for (int z = 0; z < 3; ++z)
+        test::write(file(("slice" + std::to_string(z) + ".dcm").c_str()), test::dicom_slice(z));
+    const auto series = load_volume(file("").parent_path());
+    ASSERT_TRUE(series) << series.error().message;
+    const Volume labels = make_volume(series->volume.grid(), ScalarType::u8,
+                                      [](glm::uvec3 at) { return at.x < 3 ? 3.0 : 0.0; });
+    const LabelSeries of{file("").parent_path(), "1.2.3.4"};
+    const std::vector<LabelName> names{{3, "liver", {}}};
+    const auto seg = export_labels(labels, 3, file("seg.dcm"), {}, names, of);
+    ASSERT_TRUE(seg) << seg.error().message;
+    EXPECT_THAT(*seg, HasSubstr("DICOM segmentation of the open series"));
+    const auto read = load_labels(file("seg.dcm"));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(count_labels(read->volume), count_labels(labels));
+    EXPECT_EQ(read->labels[0].name, "liver");
+    const auto contours = export_labels(labels, 3, file("my_rtstruct.dcm"), {}, names, of);
+    ASSERT_TRUE(contours) << contours.error().message;
+    const auto back = load_structures(file("my_rtstruct.dcm"), of.path);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(count_labels(back->volume), count_labels(labels));
+    ASSERT_TRUE(save_volume(file("other.nrrd"), labels));
+    const auto other =
+        export_labels(labels, 3, file("none.dcm"), {}, names, {file("other.nrrd"), {}});
+    ASSERT_FALSE(other);
+    EXPECT_THAT(other.error().message, HasSubstr("expected a series of DICOM images"));
+    EXPECT_FALSE(fs::exists(file("none.dcm")));
 }
 
 // Smoothing moves a vertex by at most 0.375 of a sample on each axis from where it is the middle of

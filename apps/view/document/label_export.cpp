@@ -9,6 +9,7 @@
 
 #include "apps/view/document/free_name.h"
 #include "engine/base/failure.h"
+#include "engine/io/dicom_structures_write.h"
 #include "engine/io/labels_write.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
@@ -20,6 +21,7 @@ namespace palpate::view {
 namespace {
 
 constexpr std::array<std::string_view, 4> kMeshes{".ply", ".stl", ".obj", ".vtp"};
+constexpr std::string_view kStructures = "rtstruct.dcm"; // how names of structure sets end
 constexpr uint32_t kPasses = 10; // of smoothing, as `palpate surface --smooth bounded` has them
 
 // The names and colours that notes give labels.
@@ -36,11 +38,31 @@ std::vector<LabelName> all_names(const Notes& notes) {
     return names;
 }
 
+// To the series that the open volume came from.
+Result<std::string> export_dicom(const Volume& labels, const std::filesystem::path& path,
+                                 const std::stop_token& stop, const std::vector<LabelName>& names,
+                                 const LabelSeries& of) {
+    ReadOptions read;
+    read.stop = stop;
+    if (!of.uid.empty())
+        read.series = of.uid;
+    PALPATE_TRY(const DicomReference reference, load_dicom_reference(of.path, read));
+    DicomLabelOptions how;
+    how.stop = stop;
+    const bool structures = path.filename().string().ends_with(kStructures);
+    PALPATE_TRY((structures ? save_dicom_structures : save_dicom_labels)(path, labels, names,
+                                                                         reference, how));
+    return fmt::format("all labels written to {}, as a DICOM {} of the open series", path.string(),
+                       structures ? "structure set" : "segmentation");
+}
+
 } // namespace
 
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop,
-                                  const std::vector<LabelName>& names) {
+                                  const std::vector<LabelName>& names, const LabelSeries& of) {
+    if (path.extension() == ".dcm")
+        return export_dicom(labels, path, stop, names, of);
     if (std::ranges::find(kMeshes, path.extension().string()) == kMeshes.end()) {
         if (const Result<void> named = expect_volume_name(path); !named)
             return fail("{}; the surface of label {} is written to .ply, .stl, .obj or .vtp",
@@ -106,14 +128,18 @@ void LabelExport::begin(uint16_t label, const std::string& path, bool each) {
     std::error_code ignored;
     const auto file =
         std::filesystem::absolute(each ? std::filesystem::path(path) : free_name(path), ignored);
-    done_ = std::async(std::launch::async,
-                       [labels = *labels, label, file, each, stop = stop_.get_token(),
-                        names = all_names(document_.notes().known())] {
-                           return attempt(file.string(), [&] {
-                               return each ? export_each_label(labels, file, stop, names)
-                                           : export_labels(labels, label, file, stop, names);
-                           });
-                       });
+    LabelSeries series{document_.path(), {}};
+    for (const SeriesInfo& one : document_.series())
+        if (one.is_read)
+            series.uid = one.uid;
+    done_ = std::async(
+        std::launch::async, [labels = *labels, label, file, each, series, stop = stop_.get_token(),
+                             names = all_names(document_.notes().known())] {
+            return attempt(file.string(), [&] {
+                return each ? export_each_label(labels, file, stop, names)
+                            : export_labels(labels, label, file, stop, names, series);
+            });
+        });
     document_.tell("writing " + Message::name(file.string()) + " ..");
 }
 

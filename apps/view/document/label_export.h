@@ -10,14 +10,23 @@
 
 namespace palpate::view {
 
+// The DICOM series that a document's volume was read from: its file or folder, and its UID where
+// that holds several.
+struct LabelSeries {
+    std::filesystem::path path;
+    std::string uid;
+};
+
 // Writes labels as a file of the kind that its name says: a volume with all of them, with the names
 // and colours of labels where it has a place for them (save_labels()), or, of a mesh
 // (.ply, .stl, .obj, .vtp), the surface of one label, smoothed within 0.375 of a sample
-// (surface_nets()). Says what was written. An error where no sample has the label, or the file
-// cannot be written; then there is none.
+// (surface_nets()). A name that ends in .dcm stands for a DICOM segmentation of the series `of`,
+// one that ends in rtstruct.dcm for a structure set of it. Says what was written. An error where no
+// sample has the label, or the file cannot be written; then there is none.
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop,
-                                  const std::vector<LabelName>& names = {});
+                                  const std::vector<LabelName>& names = {},
+                                  const LabelSeries& of = {});
 
 // The surface of each label in a file of its own, beside each other: "organs.stl" becomes
 // "organs-liver.stl", of a label without a name "organs-7.stl". A name that is there is numbered.

@@ -165,8 +165,8 @@ constexpr WidgetHelp kHelp[] = {
     {"labels/open", "labels of a file", "reads a label map in the place of the one that is there",
      "load import segmentation"},
     {"labels/file", "file of exported labels",
-     "all labels as .nii.gz, .nrrd or .mha; the surface of the chosen one as .stl, .ply, .obj or "
-     ".vtp",
+     "all labels as .nii.gz, .nrrd, .mha or, of an open DICOM series, .dcm (SEG) and rtstruct.dcm; "
+     "the surface of the chosen one as .stl, .ply, .obj or .vtp",
      ""},
     {"labels/each", "surfaces of all labels",
      "the export writes the surface of each label to a file of its own, named by the label",
