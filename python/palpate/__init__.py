@@ -31,7 +31,7 @@ from .picture import (
 )
 from .segment import Segmented, filter, filters, methods, segment
 from .touch import CONTACTS, Felt, Servo, Touched, touch, touch_algorithms, touch_devices
-from .volume import Volume, as_volume, load, save
+from .volume import Volume, as_volume, load, load_structures, save, save_dicom
 
 __all__ = [
     "CONTACTS",
@@ -57,12 +57,14 @@ __all__ = [
     "labels_to_meshes",
     "load",
     "load_mesh",
+    "load_structures",
     "measure",
     "methods",
     "presets",
     "release",
     "render",
     "save",
+    "save_dicom",
     "segment",
     "surface",
     "touch",

@@ -302,6 +302,43 @@ def load(
     )
 
 
+def load_structures(path: PathLike, reference: PathLike, *, series: str = "", progress: Progress = None) -> Volume:
+    """Reads a DICOM structure set (RTSTRUCT) as labels on the grid of the series that `reference` names.
+
+    series: which one of `reference`, as load() takes it.
+    """
+    return Volume(_core.load_structures(os.fspath(path), os.fspath(reference), series, progress))
+
+
 def save(path: PathLike, volume: Any, *, progress: Progress = None) -> None:
     """Writes .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv; whole or not at all."""
     _core.save(os.fspath(path), as_volume(volume)._core, progress)
+
+
+def save_dicom(
+    path: PathLike,
+    labels: Any,
+    reference: PathLike,
+    *,
+    kind: str = "seg",
+    names: Optional[Dict[int, str]] = None,
+    codes: Optional[PathLike] = None,
+    series: str = "",
+    progress: Progress = None,
+) -> None:
+    """Writes labels as a DICOM object of the series that they were made on; whole or not at all.
+
+    reference: the series, a folder or a file; series: which one of several, as load() takes it. kind: "seg",
+    "seg-fractional", "seg-labelmap" or "rtstruct". names: of labels; those that the volume has are kept.
+    codes: a table as `palpate convert --codes` takes it.
+    """
+    _core.save_dicom(
+        os.fspath(path),
+        as_volume(labels, labels=True)._core,
+        names or {},
+        os.fspath(reference),
+        series,
+        kind,
+        os.fspath(codes) if codes is not None else "",
+        progress,
+    )

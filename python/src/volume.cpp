@@ -3,9 +3,11 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <map>
 
 #include "engine/base/log.h"
+#include "engine/io/dicom_structures_write.h"
 #include "engine/io/narrow.h"
 #include "engine/io/volume_io.h"
 #include "engine/program/read_options.h"
@@ -140,6 +142,60 @@ LoadedVolume load_file(const std::string& path, bool labels, std::optional<uint3
         progress, [&](const Report& report) { return load(flags, labels, report.stop); });
 }
 
+ReadOptions reference_options(const std::string& series, const Report& report) {
+    ReadOptions options;
+    if (!series.empty())
+        options.series = series;
+    options.stop = report.stop;
+    return options;
+}
+
+// Names: of labels by their numbers.
+void save_dicom(const std::string& path, const LoadedVolume& labels,
+                const std::map<uint32_t, std::string>& names, const std::string& reference,
+                const std::string& series, const std::string& kind, const std::string& codes,
+                const py::object& progress) {
+    const std::map<std::string, DicomLabels> kinds{{"seg", DicomLabels::binary},
+                                                   {"seg-fractional", DicomLabels::fractional},
+                                                   {"seg-labelmap", DicomLabels::label_map},
+                                                   {"rtstruct", DicomLabels::binary}};
+    const auto found = kinds.find(kind);
+    if (found == kinds.end())
+        throw Failure(fmt::format(
+            "kind: expected seg, seg-fractional, seg-labelmap or rtstruct, found '{}'", kind));
+    run<void>(progress, [&](const Report& report) -> Result<void> {
+        std::vector<LabelName> all = labels.labels;
+        for (const auto& [label, name] : names) {
+            const auto there = std::ranges::find(all, label, &LabelName::label);
+            (there == all.end() ? all.emplace_back(LabelName{label, {}, {}}) : *there).name = name;
+        }
+        PALPATE_TRY(const DicomReference series_of,
+                    load_dicom_reference(reference, reference_options(series, report)));
+        for (const std::string& warning : series_of.warnings)
+            log::warning("{}", warning);
+        DicomLabelOptions options;
+        options.kind = found->second;
+        options.frame_of_reference = labels.frame_of_reference;
+        options.stop = report.stop;
+        if (!codes.empty()) {
+            PALPATE_TRY(options.codes, SegmentCodes::load(codes));
+        }
+        return (kind == "rtstruct" ? save_dicom_structures : save_dicom_labels)(
+            path, labels.volume, all, series_of, options);
+    });
+}
+
+LoadedVolume structures_of_file(const std::string& path, const std::string& reference,
+                                const std::string& series, const py::object& progress) {
+    return run<LoadedVolume>(progress, [&](const Report& report) -> Result<LoadedVolume> {
+        PALPATE_TRY(LoadedVolume loaded,
+                    load_structures(path, reference, reference_options(series, report)));
+        for (const std::string& warning : loaded.warnings)
+            log::warning("{}", warning);
+        return loaded;
+    });
+}
+
 } // namespace
 
 void bind_volume(py::module_& module) {
@@ -176,6 +232,8 @@ void bind_volume(py::module_& module) {
             return names;
         });
     module.def("load", load_file);
+    module.def("load_structures", structures_of_file);
+    module.def("save_dicom", save_dicom);
     module.def("save",
                [](const std::string& path, const LoadedVolume& loaded, const py::object& progress) {
                    run<void>(progress, [&](const Report& report) {
