@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -33,6 +34,40 @@ double volume_of(glm::ivec3 first, glm::ivec3 last) {
     const glm::dvec3 size(last - first + 1);
     return size.x * size.y * size.z;
 }
+
+// A cell's number in its block, x fastest.
+uint16_t place_in_block(glm::ivec3 cell) {
+    const glm::ivec3 at = cell % kNetSide;
+    return static_cast<uint16_t>(at.x + kNetSide * (at.y + kNetSide * at.z));
+}
+
+// What lies in each of some blocks, in its order, from the cells of all.
+class BlockLists {
+ public:
+    BlockLists(const ChangedBox& blocks, const std::vector<glm::ivec3>& cells)
+        : first_(size_t(volume_of(blocks.first, blocks.last)) + 2, 0), listed_(cells.size()) {
+        const glm::ivec3 size = blocks.last - blocks.first + 1;
+        const auto list_of = [&](glm::ivec3 cell) { // past all: of no block here
+            const glm::ivec3 at = cell / kNetSide - blocks.first;
+            const bool is_here = glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) &&
+                                 glm::all(glm::lessThan(at, size));
+            return is_here ? static_cast<size_t>(at.x + size.x * (at.y + size.y * at.z))
+                           : first_.size() - 2;
+        };
+        for (const glm::ivec3 cell : cells)
+            ++first_[list_of(cell) + 1];
+        std::partial_sum(first_.begin(), first_.end(), first_.begin());
+        std::vector<uint32_t> next(first_.begin(), first_.end() - 1);
+        for (uint32_t n = 0; n < cells.size(); ++n)
+            listed_[next[list_of(cells[n])]++] = n;
+    }
+    std::span<const uint32_t> of(size_t list) const {
+        return std::span(listed_).subspan(first_[list], first_[list + 1] - first_[list]);
+    }
+
+ private:
+    std::vector<uint32_t> first_, listed_;
+};
 
 // Blocks of a part, with vertices of their own, numbered as triangles come upon them.
 class BlockCopy {
@@ -81,82 +116,102 @@ BlockNets::BlockNets(const Volume& labels, const BlockNetsOptions& options)
     : labels_(labels),
       options_(options),
       count_(glm::ivec3(labels.size()) / kNetSide + 1),
-      blocks_(size_t(count_.x) * size_t(count_.y) * size_t(count_.z)) {
+      blocks_(size_t(count_.x) * size_t(count_.y) * size_t(count_.z)),
+      kept_(blocks_.size()) {
     PALPATE_ASSERT(labels.type() == ScalarType::u8 || labels.type() == ScalarType::u16);
-    make({glm::ivec3(0), count_ - 1});
+    make({glm::ivec3(0), count_ - 1}, {{glm::ivec3(0), glm::ivec3(labels.size()) - 1}});
 }
 
 uint32_t BlockNets::number_of(glm::ivec3 block) const {
     return static_cast<uint32_t>(block.x + count_.x * (block.y + count_.y * block.z));
 }
 
-// A sample is read by the cells on its two sides. A pass moves vertices two cells away; a normal
-// reads its triangles, and its rounds one cell further each. A wall has corners in its own cell and
-// the ones before.
-ChangedBox BlockNets::blocks_moved_by(const ChangedBox& samples) const {
-    const auto reach = static_cast<int>(2 * options_.passes + 1 + options_.normal_rounds);
-    return {glm::max(samples.first - reach, glm::ivec3(0)) / kNetSide,
-            glm::min((samples.last + 1 + reach + 1) / kNetSide, count_ - 1)};
+// A sample is read by the cells on its two sides, and a pass moves vertices two cells away.
+ChangedBox BlockNets::cells_moved_by(const ChangedBox& samples) const {
+    const auto reach = static_cast<int>(2 * options_.passes);
+    return {samples.first - reach, samples.last + 1 + reach};
 }
 
-// The samples of all cells from which the blocks follow. The cells on the part's own border lie
-// outside of these: there it has walls that the volume has not.
-ChangedBox BlockNets::samples_read_for(const ChangedBox& blocks) const {
-    const auto reach = static_cast<int>(2 * options_.passes + 1 + options_.normal_rounds);
-    return {glm::max(kNetSide * blocks.first - 2 - reach, glm::ivec3(0)),
-            glm::min(kNetSide * (blocks.last + 1) - 1 + reach, glm::ivec3(labels_.size()) - 1)};
+// A normal reads the triangles about its vertex, and its rounds one cell further each. A wall has
+// corners in its own cell and the ones before.
+ChangedBox BlockNets::blocks_moved_by(const ChangedBox& samples) const {
+    const auto reach = static_cast<int>(1 + options_.normal_rounds);
+    const ChangedBox moved = cells_moved_by(samples);
+    return {glm::max(moved.first - reach, glm::ivec3(0)) / kNetSide,
+            glm::min((moved.last + reach + 1) / kNetSide, count_ - 1)};
+}
+
+// Corners of a block's walls lie in its cells and the ones before; each edge from there leads to
+// the next cell, and a triangle about that has its owner there or one beyond, and corners one
+// before.
+ChangedBox BlockNets::cells_needed_for(const ChangedBox& blocks) const {
+    const auto reach = static_cast<int>(options_.normal_rounds) + 3;
+    return {kNetSide * blocks.first - reach - 1, kNetSide * (blocks.last + 1) - 1 + reach};
 }
 
 double BlockNets::work_of(const ChangedBox& samples) const {
-    const ChangedBox read = samples_read_for(blocks_moved_by(samples));
-    return volume_of(read.first, read.last);
+    const ChangedBox cells = cells_needed_for(blocks_moved_by(samples));
+    return volume_of(cells.first, cells.last);
 }
 
-void BlockNets::make(const ChangedBox& blocks) {
-    const ChangedBox read = samples_read_for(blocks);
-    const bool is_whole = blocks.first == glm::ivec3(0) && blocks.last == count_ - 1;
-    const Volume part =
-        is_whole ? labels_ : copied(labels_, read.first, read.last - read.first + 1);
-    NetPart made =
-        surface_nets_part(part, is_whole ? glm::ivec3(0) : read.first, glm::ivec3(labels_.size()),
-                          {.passes = options_.passes, .bound = options_.bound, .stop = {}});
-    // Corners of a block's walls lie in its cells and the ones before; each edge from there leads
-    // to the next cell, and a triangle about that has its owner there or one beyond.
-    const int reach = static_cast<int>(options_.normal_rounds) + 3;
-    const glm::ivec3 low = kNetSide * blocks.first - reach;
-    const glm::ivec3 high = kNetSide * (blocks.last + 1) - 1 + reach;
+glm::vec3 BlockNets::kept_vertex(glm::ivec3 cell, uint32_t n) const {
+    const Kept& kept = kept_[number_of(cell / kNetSide)];
+    const auto found = std::ranges::lower_bound(kept.cells, place_in_block(cell));
+    PALPATE_ASSERT(found != kept.cells.end() && *found == place_in_block(cell));
+    return kept.positions[static_cast<size_t>(found - kept.cells.begin()) + n];
+}
+
+// Walls in the blocks anew; `changed` is all that changed since these were made, elsewhere too.
+void BlockNets::make(const ChangedBox& blocks, const std::vector<ChangedBox>& changed) {
+    const ChangedBox needed = cells_needed_for(blocks);
+    ChangedBox moved{glm::ivec3(std::numeric_limits<int>::max()),
+                     glm::ivec3(std::numeric_limits<int>::min())};
+    for (const ChangedBox& samples : changed) {
+        const ChangedBox cells = cells_moved_by(samples);
+        const glm::ivec3 low = glm::max(cells.first, needed.first);
+        const glm::ivec3 high = glm::min(cells.last, needed.last);
+        if (glm::any(glm::greaterThan(low, high)))
+            continue;
+        moved = {glm::min(moved.first, low), glm::max(moved.last, high)};
+    }
+    const auto smoothed = static_cast<int>(2 * options_.passes);
+    // Cell c has samples c - 1 and c.
+    const glm::ivec3 first =
+        glm::max(glm::min(needed.first, moved.first - smoothed) - 1, glm::ivec3(0));
+    const glm::ivec3 last =
+        glm::min(glm::max(needed.last, moved.last + smoothed), glm::ivec3(labels_.size()) - 1);
+    const bool is_whole = first == glm::ivec3(0) && last == glm::ivec3(labels_.size()) - 1;
+    const Volume part = is_whole ? labels_ : copied(labels_, first, last - first + 1);
+    // The part's own border has walls that the volume has not, and vertices that are not kept.
+    // Nobody asks for them.
+    const NetMoved unknown{moved.first, moved.last, [&](glm::ivec3 cell, uint32_t n) {
+                               const bool is_needed =
+                                   glm::all(glm::greaterThanEqual(cell, needed.first)) &&
+                                   glm::all(glm::lessThanEqual(cell, needed.last));
+                               return is_needed ? kept_vertex(cell, n) : glm::vec3(0.0f);
+                           }};
+    NetPart made = surface_nets_part(
+        part, first, unknown, {.passes = options_.passes, .bound = options_.bound, .stop = {}});
     std::vector<uint32_t> near;
     for (uint32_t n = 0; n < made.owners.size(); ++n)
-        if (glm::all(glm::greaterThanEqual(made.owners[n], low)) &&
-            glm::all(glm::lessThanEqual(made.owners[n], high)))
+        if (glm::all(glm::greaterThan(made.owners[n], needed.first)) &&
+            glm::all(glm::lessThanEqual(made.owners[n], needed.last)))
             near.push_back(n);
     made.mesh.normals = wall_normals(made.mesh, options_.normal_rounds, near);
+    const BlockLists walls(blocks, made.owners), vertices(blocks, made.cells);
     const glm::ivec3 size = blocks.last - blocks.first + 1;
-    const size_t blocks_here = size_t(size.x) * size_t(size.y) * size_t(size.z);
-    const auto list_of = [&](uint32_t n) { // of the block that owns a triangle; past all: no such
-        const glm::ivec3 at = made.owners[n] / kNetSide - blocks.first;
-        const bool is_here =
-            glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) && glm::all(glm::lessThan(at, size));
-        return is_here
-                   ? size_t(at.x) + size_t(size.x) * (size_t(at.y) + size_t(size.y) * size_t(at.z))
-                   : blocks_here;
-    };
-    const auto count = static_cast<uint32_t>(made.owners.size());
-    std::vector<uint32_t> first(blocks_here + 2, 0), listed(count);
-    for (uint32_t n = 0; n < count; ++n)
-        ++first[list_of(n) + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<uint32_t> next(first.begin(), first.end() - 1);
-    for (uint32_t n = 0; n < count; ++n)
-        listed[next[list_of(n)]++] = n;
     tbb::parallel_for(0, size.z, [&](int z) {
         BlockCopy copy(made.mesh);
         for (int y = 0; y < size.y; ++y)
             for (int x = 0; x < size.x; ++x) {
-                const size_t list =
-                    size_t(x) + size_t(size.x) * (size_t(y) + size_t(size.y) * size_t(z));
-                blocks_[number_of(blocks.first + glm::ivec3(x, y, z))] =
-                    copy.of(std::span(listed).subspan(first[list], first[list + 1] - first[list]));
+                const uint32_t number = number_of(blocks.first + glm::ivec3(x, y, z));
+                const auto list = static_cast<size_t>(x + size.x * (y + size.y * z));
+                blocks_[number] = copy.of(walls.of(list));
+                Kept& kept = kept_[number] = {};
+                for (const uint32_t v : vertices.of(list)) {
+                    kept.cells.push_back(place_in_block(made.cells[v]));
+                    kept.positions.push_back(made.mesh.positions[v]);
+                }
             }
     });
 }
@@ -197,7 +252,7 @@ std::vector<uint32_t> BlockNets::update(const Volume& after) {
     std::vector<uint32_t> numbers;
     for (const ChangedBox& samples : changed) {
         const ChangedBox blocks = blocks_moved_by(samples);
-        make(blocks);
+        make(blocks, changed);
         for (int z = blocks.first.z; z <= blocks.last.z; ++z)
             for (int y = blocks.first.y; y <= blocks.last.y; ++y)
                 for (int x = blocks.first.x; x <= blocks.last.x; ++x)

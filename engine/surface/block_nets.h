@@ -21,7 +21,8 @@ struct BlockNetsOptions {
 //
 // Each block is complete: vertices that it shares with others are repeated, so that it can be
 // uploaded alone. An update makes the walls again in a box about each changed place, as far as
-// smoothing and normals reach from there, and replaces the blocks within.
+// smoothing and normals reach from there, and replaces the blocks within. There it smooths only
+// what can have moved: all other vertices are kept, 16 bytes each.
 class BlockNets {
  public:
     struct Block {
@@ -44,18 +45,26 @@ class BlockNets {
     std::vector<uint32_t> update(const Volume& after);
 
  private:
-    // Boxes of blocks are as those of samples: the first and the last on each axis.
-    ChangedBox samples_read_for(const ChangedBox& blocks) const;
+    // The vertices of a block's own cells, by cell, x fastest.
+    struct Kept {
+        std::vector<uint16_t> cells; // within the block
+        std::vector<glm::vec3> positions;
+    };
+    // Boxes of blocks and of cells are as those of samples: the first and the last on each axis.
+    ChangedBox cells_moved_by(const ChangedBox& samples) const;
     ChangedBox blocks_moved_by(const ChangedBox& samples) const;
+    ChangedBox cells_needed_for(const ChangedBox& blocks) const;
     double work_of(const ChangedBox& samples) const;
     void merge(std::vector<ChangedBox>& changed) const;
-    void make(const ChangedBox& blocks);
+    void make(const ChangedBox& blocks, const std::vector<ChangedBox>& changed);
+    glm::vec3 kept_vertex(glm::ivec3 cell, uint32_t n) const;
     uint32_t number_of(glm::ivec3 block) const;
 
     Volume labels_;
     BlockNetsOptions options_;
     glm::ivec3 count_; // of blocks on each axis
     std::vector<Block> blocks_;
+    std::vector<Kept> kept_; // of each block
 };
 
 } // namespace palpate

@@ -109,12 +109,8 @@ struct Part {
 
 class Chunk {
  public:
-    Chunk(const Volume& volume, uint32_t first, uint32_t end, bool with_links)
-        : volume_(volume),
-          size_(volume.size()),
-          first_(first),
-          end_(end),
-          with_links_(with_links) {}
+    Chunk(const Volume& volume, uint32_t first, uint32_t end, const NetCells& linked)
+        : volume_(volume), size_(volume.size()), first_(first), end_(end), linked_(linked) {}
 
     Part make(const std::stop_token& stop) {
         Layer layers[2];
@@ -132,9 +128,10 @@ class Chunk {
             find_cells(slices[0], slices[1], size_, next, now);
             for (const ActiveCell& cell : now.cells) {
                 add_vertices(cell, z);
+                const bool is_linked = linked_.holds({cell.x, cell.y, z});
                 for (int axis = 0; axis < 3; ++axis) {
                     add_wall(layers[(z + 1) % 2], now, cell, z, axis);
-                    if (with_links_)
+                    if (is_linked)
                         add_links(layers[(z + 1) % 2], now, cell, axis);
                 }
             }
@@ -262,20 +259,19 @@ class Chunk {
     const Volume& volume_;
     glm::uvec3 size_;
     uint32_t first_, end_; // layers
-    bool with_links_;
+    NetCells linked_;
     Part part_;
 };
 
 } // namespace
 
-Net make_net(const Volume& labels, bool with_links, const std::stop_token& stop) {
+Net make_net(const Volume& labels, const NetCells& linked, const std::stop_token& stop) {
     const glm::uvec3 size = labels.size();
     PALPATE_ASSERT(size.x < 65535 && size.y < 65535 && size.z < 65535);
     const uint32_t layers = size.z + 1, chunks = (layers + kChunk - 1) / kChunk;
     std::vector<Part> parts(chunks);
     tbb::parallel_for(uint32_t{0}, chunks, [&](uint32_t n) {
-        parts[n] =
-            Chunk(labels, n * kChunk, std::min(layers, (n + 1) * kChunk), with_links).make(stop);
+        parts[n] = Chunk(labels, n * kChunk, std::min(layers, (n + 1) * kChunk), linked).make(stop);
     });
     struct Start {
         size_t vertices = 0, walls = 0, apart = 0, splits = 0, links = 0;

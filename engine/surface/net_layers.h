@@ -55,7 +55,18 @@ struct Net {
     std::vector<NetLink> links; // where asked for
 };
 
-// Threaded: layers of cells in chunks, put together in their order.
-Net make_net(const Volume& labels, bool with_links, const std::stop_token& stop);
+// Cells first .. last on each axis; none where last is before first.
+struct NetCells {
+    glm::ivec3 first, last;
+
+    bool holds(glm::ivec3 cell) const {
+        return glm::all(glm::greaterThanEqual(cell, first)) &&
+               glm::all(glm::lessThanEqual(cell, last));
+    }
+};
+
+// With the links between `linked` cells. Threaded: layers of cells in chunks, put together in their
+// order.
+Net make_net(const Volume& labels, const NetCells& linked, const std::stop_token& stop);
 
 } // namespace palpate

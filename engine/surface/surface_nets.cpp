@@ -66,30 +66,45 @@ struct Adjacency {
     }
 };
 
-// The place of a part in a larger volume.
+// The place of a part in a larger volume, and the vertices that are not known there.
 struct PartPlace {
     glm::ivec3 first{0};
-    glm::bvec3 low_is_cut{false}, high_is_cut{false}; // its sides that lie within the volume
+    const NetMoved* moved = nullptr; // all: none is known
+
+    // Cells of the part: those that moved, and so many more on each side.
+    NetCells moved_cells(int grown) const {
+        if (!moved)
+            return {glm::ivec3(0), glm::ivec3(65535)};
+        return {moved->first - first - grown, moved->last - first + grown};
+    }
 };
 
-// Before step n, vertices in the n cells nearest to a cut side are wrong already: they stay where
-// they are.
+int steps_of(const SurfaceNetsOptions& options) {
+    return 2 * static_cast<int>(options.passes);
+}
+
+// Step n of all moves vertices as far about those that are wanted as the steps after it reach.
 template <class Real>
 void smooth(const Net& net, glm::uvec3 size, const PartPlace& place,
             const SurfaceNetsOptions& options, std::vector<Vec<Real>>& offsets) {
+    const int all_steps = steps_of(options);
+    const NetCells first_moved = place.moved_cells(all_steps - 1);
+    std::vector<uint32_t> near;
+    for (uint32_t v = 0; v < net.vertices.size(); ++v)
+        if (first_moved.holds(glm::ivec3(net.vertices[v].cell)))
+            near.push_back(v);
     const Adjacency adjacency(net);
     const auto bound = static_cast<Real>(options.bound);
-    std::vector<Vec<Real>> next(offsets.size());
+    std::vector<Vec<Real>> next(offsets);
     int steps = 0; // that have been made
     const auto step = [&](Real share) {
-        const glm::ivec3 low = glm::ivec3(place.low_is_cut) * (steps + 1);
-        const glm::ivec3 high = glm::ivec3(size) - glm::ivec3(place.high_is_cut) * (steps + 1);
         ++steps;
-        tbb::parallel_for(size_t{0}, offsets.size(), [&](size_t v) {
-            const uint32_t begin = adjacency.first[v], end = adjacency.first[v + 1];
+        const NetCells moved = place.moved_cells(all_steps - steps);
+        tbb::parallel_for(size_t{0}, near.size(), [&](size_t at) {
+            const uint32_t v = near[at];
+            const uint32_t begin = adjacency.first[v], end = adjacency.first[v + size_t{1}];
             const NetVertex here = net.vertices[v];
-            const glm::ivec3 cell(here.cell);
-            if (glm::any(glm::lessThan(cell, low)) || glm::any(glm::greaterThan(cell, high))) {
+            if (!moved.holds(glm::ivec3(here.cell))) {
                 next[v] = offsets[v];
                 return;
             }
@@ -124,6 +139,7 @@ struct Surface {
     std::vector<glm::uvec3> triangles;
     std::vector<uint16_t> labels, outer_labels;
     std::vector<glm::ivec3> owners; // cells of the triangles' walls, where asked for
+    std::vector<glm::ivec3> cells;  // of vertices, where asked for
 };
 
 // Cuts walls that have a split face on one of their sides: there the side has a vertex of its own,
@@ -175,11 +191,13 @@ class SplitWalls {
 
 template <class Real>
 Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& options,
-                           const PartPlace& place = {}, bool with_owners = false) {
+                           const PartPlace& place = {}, bool with_cells = false) {
     const glm::ivec3 first = place.first;
     PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5);
     Surface<Real> surface;
-    const Net net = make_net(labels, options.passes > 0, options.stop);
+    const NetCells linked = options.passes > 0 ? place.moved_cells(steps_of(options))
+                                               : NetCells{glm::ivec3(0), glm::ivec3(-1)};
+    const Net net = make_net(labels, linked, options.stop);
     if (options.stop.stop_requested())
         return surface;
     std::vector<Vec<Real>> offsets = first_offsets<Real>(net);
@@ -187,10 +205,21 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
         smooth(net, labels.size(), place, options, offsets);
     const Vec<Real> spacing(spacing_mm(labels.grid()));
     surface.positions.resize(offsets.size());
+    const NetCells moved = place.moved_cells(0);
+    if (with_cells)
+        surface.cells.resize(offsets.size());
     tbb::parallel_for(size_t{0}, offsets.size(), [&](size_t v) {
-        surface.positions[v] =
-            (Vec<Real>(first + glm::ivec3(net.vertices[v].cell)) - Real(0.5) + offsets[v]) *
-            spacing;
+        const glm::ivec3 cell(net.vertices[v].cell);
+        if (with_cells)
+            surface.cells[v] = first + cell;
+        if (moved.holds(cell)) {
+            surface.positions[v] = (Vec<Real>(first + cell) - Real(0.5) + offsets[v]) * spacing;
+            return;
+        }
+        uint32_t n = 0; // of the cell's vertices, which follow each other
+        while (n < v && glm::ivec3(net.vertices[v - n - 1].cell) == cell)
+            ++n;
+        surface.positions[v] = Vec<Real>(place.moved->known(first + cell, n));
     });
     const size_t walls = net.walls.size();
     surface.triangles.resize(2 * walls);
@@ -215,7 +244,7 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
         put(2 * w, wall, {c[0], c[1], across ? c[2] : c[3]});
         put(2 * w + 1, wall, {across ? c[0] : c[1], c[2], c[3]});
     });
-    for (size_t w = 0; with_owners && w < walls; ++w)
+    for (size_t w = 0; with_cells && w < walls; ++w)
         surface.owners.resize(2 * w + 2, owner(net.walls[w]));
     // The few with split faces: their first two triangles are made anew, the others follow at the
     // end.
@@ -235,7 +264,7 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
             surface.labels.push_back(wall.label);
             surface.outer_labels.push_back(wall.outer);
         }
-        if (with_owners)
+        if (with_cells)
             surface.owners.resize(surface.triangles.size(), owner(wall));
     }
     return surface;
@@ -279,17 +308,16 @@ Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options) {
             .world_from_mesh = world_from_mesh(labels.grid())};
 }
 
-NetPart surface_nets_part(const Volume& part, glm::ivec3 first, glm::ivec3 whole_size,
+NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const NetMoved& moved,
                           const SurfaceNetsOptions& options) {
-    const PartPlace place{first, glm::greaterThan(first, glm::ivec3(0)),
-                          glm::lessThan(first + glm::ivec3(part.size()), whole_size)};
-    Surface<float> surface = make_surface<float>(part, options, place, true);
+    Surface<float> surface = make_surface<float>(part, options, {first, &moved}, true);
     return {{.positions = std::move(surface.positions),
              .triangles = std::move(surface.triangles),
              .labels = std::move(surface.labels),
              .outer_labels = std::move(surface.outer_labels),
              .world_from_mesh = world_from_mesh(part.grid())},
-            std::move(surface.owners)};
+            std::move(surface.owners),
+            std::move(surface.cells)};
 }
 
 std::vector<LabelVolume> surface_nets_volumes_fp64(const Volume& labels,

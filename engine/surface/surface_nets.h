@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <stop_token>
 #include <vector>
 
@@ -46,10 +47,19 @@ struct NetPart {
     // The cell of the larger volume that owns each triangle's wall: the wall is between the lowest
     // corner of the cell and one beyond it on an axis.
     std::vector<glm::ivec3> owners;
+    // The cells of the larger volume that the first positions belong to, x fastest; those after
+    // them lie on split walls.
+    std::vector<glm::ivec3> cells;
 };
-// Positions have the bits of surface_nets() of the larger volume, of so many samples, farther from
-// the sides of the part that lie within it than smoothing reaches: 2 cells a pass, and one more.
-NetPart surface_nets_part(const Volume& part, glm::ivec3 first, glm::ivec3 whole_size,
+// The vertices of some cells are smoothed; those of all others are known.
+struct NetMoved {
+    glm::ivec3 first, last; // cells of the larger volume
+    // Position in mm of vertex n of a cell beside these.
+    std::function<glm::vec3(glm::ivec3 cell, uint32_t n)> known;
+};
+// Positions have the bits of surface_nets() of the larger volume where the part holds what they
+// follow from: the samples of cells as far as smoothing reaches, 2 cells a pass, from `moved`.
+NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const NetMoved& moved,
                           const SurfaceNetsOptions& options);
 
 // The volume that the surface of one label encloses, in world mm^3.
