@@ -26,7 +26,8 @@ static_assert(sizeof(Vertex) == 20);
 constexpr int64_t kOne = 256;
 constexpr int kRowsPerTask = 32;
 
-using Color = std::array<float, 4>; // 0 to 1
+using Four = float __attribute__((vector_size(16)));
+using Color = Four; // red, green, blue, alpha; 0 to 255
 
 // A value that changes linearly over the target: at x, y (pixels) it is first + dx * x + dy * y.
 struct Ramp {
@@ -46,6 +47,7 @@ struct Triangle {
     std::array<Side, 3> sides;
     std::array<Ramp, 6> ramps; // place in the texture, then colour
     int low_y, high_y;         // rows it may reach; high_y is the first beyond
+    std::optional<Color> tint; // of every corner, if there is one; 0 to 1
     std::optional<Color> flat; // the colour of every pixel, if there is one
 };
 
@@ -66,8 +68,16 @@ Side side_of(std::array<int64_t, 2> from, std::array<int64_t, 2> to) {
     return {a * kOne, b * kOne, c + (a + b) * (kOne / 2)};
 }
 
-float channel(const std::byte* texel, size_t i) {
-    return static_cast<float>(static_cast<uint8_t>(texel[i])) / 255.0f;
+using ByteFour = uint8_t __attribute__((vector_size(4)));
+
+ByteFour four_at(const std::byte* texel) {
+    ByteFour four;
+    std::memcpy(&four, texel, 4);
+    return four;
+}
+
+Color color_of(const std::byte* texel) {
+    return __builtin_convertvector(four_at(texel), Color);
 }
 
 const std::byte* texel_at(const native::Image& image, int x, int y) {
@@ -79,39 +89,54 @@ const std::byte* texel_at(const native::Image& image, int x, int y) {
 Color sampled(const Resource& texture, float u, float v) {
     const native::Image& image = texture.image;
     const float x = u * static_cast<float>(image.width), y = v * static_cast<float>(image.height);
-    Color color;
-    if (!texture.sampler.is_linear) {
-        const std::byte* texel =
-            texel_at(image, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
-        for (size_t i = 0; i < 4; ++i)
-            color[i] = channel(texel, i);
-        return color;
-    }
+    if (!texture.sampler.is_linear)
+        return color_of(
+            texel_at(image, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y))));
     const float low_x = std::floor(x - 0.5f), low_y = std::floor(y - 0.5f);
     const float right = x - 0.5f - low_x, below = y - 0.5f - low_y;
     const int i = static_cast<int>(low_x), j = static_cast<int>(low_y);
-    const std::array<const std::byte*, 4> texels = {
-        texel_at(image, i, j), texel_at(image, i + 1, j), texel_at(image, i, j + 1),
-        texel_at(image, i + 1, j + 1)};
-    for (size_t k = 0; k < 4; ++k)
-        color[k] = std::lerp(std::lerp(channel(texels[0], k), channel(texels[1], k), right),
-                             std::lerp(channel(texels[2], k), channel(texels[3], k), right), below);
-    return color;
+    const auto mixed = [](Color a, Color b, float share) { return a + share * (b - a); };
+    const auto row = [&](int at) {
+        return mixed(color_of(texel_at(image, i, at)), color_of(texel_at(image, i + 1, at)), right);
+    };
+    return mixed(row(j), row(j + 1), below);
+}
+
+// A colour as whole numbers in the order of a target's texels; alpha is the last.
+using Bytes = uint32_t __attribute__((vector_size(16)));
+
+Bytes bytes_of(Color color, bool is_bgra) {
+    using Whole = int32_t __attribute__((vector_size(16)));
+    color = color > 0.0f ? color : Color{};
+    color = color < 255.0f ? color : Color{} + 255.0f;
+    const Bytes bytes = (Bytes) __builtin_convertvector(color + 0.5f, Whole);
+    return is_bgra ? __builtin_shuffle(bytes, Bytes{2, 1, 0, 3}) : bytes;
 }
 
 // Lays a colour over a texel of 8 bits a channel by its alpha.
-void blend(std::byte* texel, const Color& color, bool is_bgra) {
-    std::array<uint32_t, 4> over;
-    for (size_t i = 0; i < 4; ++i)
-        over[i] = static_cast<uint32_t>(std::lround(std::clamp(color[i], 0.0f, 1.0f) * 255.0f));
-    const uint32_t alpha = over[3], rest = 255 - alpha;
-    if (is_bgra)
-        std::swap(over[0], over[2]);
-    for (size_t i = 0; i < 4; ++i) {
-        const uint32_t below = static_cast<uint8_t>(texel[i]);
-        const uint32_t sum = over[i] * (i == 3 ? 255 : alpha) + below * rest;
-        texel[i] = static_cast<std::byte>((sum + 127) / 255);
+void blend(std::byte* texel, Bytes color) {
+    const uint32_t alpha = color[3];
+    const Bytes shares{alpha, alpha, alpha, 255};
+    const Bytes below = (Bytes) __builtin_convertvector(four_at(texel), Bytes);
+    const Bytes sum = color * shares + below * (255 - alpha) + 127;
+    // A quotient by 255 of up to 16 bits.
+    const auto bytes = __builtin_convertvector((sum + 1 + (sum >> 8)) >> 8, ByteFour);
+    std::memcpy(texel, &bytes, 4);
+}
+
+void blend_all(std::byte* texels, int count, Bytes color) {
+    if (color[3] == 0)
+        return;
+    if (color[3] < 255) {
+        for (int i = 0; i < count; ++i)
+            blend(texels + 4 * i, color);
+        return;
     }
+    std::array<uint8_t, 4> texel;
+    for (size_t i = 0; i < 4; ++i)
+        texel[i] = static_cast<uint8_t>(color[i]);
+    for (int i = 0; i < count; ++i)
+        std::memcpy(texels + 4 * i, texel.data(), 4);
 }
 
 Vertex vertex_of(const DrawTriangles& draw, uint32_t i) {
@@ -160,6 +185,13 @@ std::array<Ramp, 6> ramps_of(const std::array<Vertex, 3>& v) {
     return ramps;
 }
 
+Color tint_at(const Triangle& triangle, int x, int y) {
+    Color tint;
+    for (size_t i = 0; i < 4; ++i)
+        tint[i] = triangle.ramps[2 + i].at(x, y);
+    return tint;
+}
+
 std::optional<Triangle> triangle_of(const DrawTriangles& draw, uint32_t first) {
     std::array<Vertex, 3> v;
     std::array<std::array<int64_t, 2>, 3> at;
@@ -184,13 +216,12 @@ std::optional<Triangle> triangle_of(const DrawTriangles& draw, uint32_t first) {
     const auto [low, high] = std::minmax({at[0][1], at[1][1], at[2][1]});
     made.low_y = static_cast<int>(floor_divide(low, kOne));
     made.high_y = static_cast<int>(floor_divide(high, kOne)) + 1;
-    if (std::all_of(made.ramps.begin(), made.ramps.end(),
-                    [](const Ramp& ramp) { return ramp.is_flat(); })) {
-        Color color = sampled(draw.texture, made.ramps[0].at(0, 0), made.ramps[1].at(0, 0));
-        for (size_t i = 0; i < 4; ++i)
-            color[i] *= made.ramps[2 + i].at(0, 0);
-        made.flat = color;
-    }
+    const auto flat = [](const Ramp& ramp) { return ramp.is_flat(); };
+    if (std::all_of(made.ramps.begin() + 2, made.ramps.end(), flat))
+        made.tint = tint_at(made, 0, 0);
+    if (made.tint && made.ramps[0].is_flat() && made.ramps[1].is_flat())
+        made.flat =
+            *made.tint * sampled(draw.texture, made.ramps[0].at(0, 0), made.ramps[1].at(0, 0));
     return made;
 }
 
@@ -210,15 +241,13 @@ void paint_row(const DrawTriangles& draw, const Triangle& triangle, int y, int l
     }
     const bool is_bgra = draw.target.format == VK_FORMAT_B8G8R8A8_UNORM;
     std::byte* row = draw.target.texels + y * draw.target.row_bytes;
+    if (triangle.flat)
+        return blend_all(row + 4 * low, std::max(0, high - low), bytes_of(*triangle.flat, is_bgra));
     for (int x = low; x < high; ++x) {
-        if (triangle.flat) {
-            blend(row + 4 * x, *triangle.flat, is_bgra);
-            continue;
-        }
-        Color color = sampled(draw.texture, triangle.ramps[0].at(x, y), triangle.ramps[1].at(x, y));
-        for (size_t i = 0; i < 4; ++i)
-            color[i] *= triangle.ramps[2 + i].at(x, y);
-        blend(row + 4 * x, color, is_bgra);
+        const Color tint = triangle.tint ? *triangle.tint : tint_at(triangle, x, y);
+        const Color texel =
+            sampled(draw.texture, triangle.ramps[0].at(x, y), triangle.ramps[1].at(x, y));
+        blend(row + 4 * x, bytes_of(tint * texel, is_bgra));
     }
 }
 
