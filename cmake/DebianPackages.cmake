@@ -1,6 +1,6 @@
 # Read by CPack for each generator. DEB: palpate (the program, its data and its documentation),
 # palpate-bench, libpalpate-dev and python3-palpate, as they install on the Debian that built them. dpkg-shlibdeps finds the
-# libraries that each needs; the Vulkan loader is opened by name, so it is named here.
+# libraries that each needs; the Vulkan loader and libcurl are opened by name, so they are named here.
 if(NOT CPACK_GENERATOR STREQUAL "DEB")
     return()
 endif()
@@ -23,7 +23,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME palpate)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS libvulkan1)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS mesa-vulkan-drivers)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "mesa-vulkan-drivers, libcurl4")
 set(CPACK_COMPONENT_GROUP_PROGRAM_DESCRIPTION "See, touch and carve CT and MR volumes\nThe program, its window, its manual pages and its guide.")
 set(CPACK_DEBIAN_BENCH_PACKAGE_NAME palpate-bench)
 set(CPACK_DEBIAN_BENCH_PACKAGE_DEPENDS "palpate (= ${CPACK_PACKAGE_VERSION})")

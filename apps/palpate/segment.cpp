@@ -4,6 +4,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/seed_options.h"
+#include "apps/palpate/segment_net.h"
 #include "engine/base/log.h"
 #include "engine/program/interrupt.h"
 #include "engine/program/option_checks.h"
@@ -17,11 +18,14 @@ namespace palpate {
 
 namespace {
 
+constexpr const char* kNet = "net"; // beside those of the table: it asks a server
+
 struct SegmentOptions {
     ReadFlags read;
     std::string method, seeds, start, out, cost, strength, distance, curves;
     uint32_t background = 0;
     bool list = false;
+    NetOptions net;
     std::map<std::string, double> values; // one for each parameter of any method
 };
 
@@ -35,6 +39,7 @@ std::vector<NamedFile> files_of(const SegmentOptions& o) {
     append_volume(files, "--arrival", o.strength, FileUse::write);
     append_volume(files, "--distance", o.distance, FileUse::write);
     files.push_back({"--curves", o.curves, FileUse::write});
+    files.push_back({"--key-file", o.net.key_file});
     return files;
 }
 
@@ -56,7 +61,7 @@ std::string list_text() {
                                 p.unit, p.purpose, range, fallback);
         }
     }
-    return text;
+    return text + net_list_text();
 }
 
 // The parameters that were given; a warning names those that another method has.
@@ -112,7 +117,20 @@ Result<SegmentInput> input_of(const SegmentOptions& o, const Volume& volume,
 Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
     if (o.list)
         return print_text(list_text());
+    if (o.method == kNet) {
+        for (const auto& [option, path] : {std::pair{"--cost", &o.cost},
+                                           {"--arrival", &o.strength},
+                                           {"--distance", &o.distance},
+                                           {"--curves", &o.curves}})
+            if (!path->empty())
+                return fail("{}: a net has none", option);
+        return run_net(o.net, o.read, o.seeds, o.start, o.background, o.out);
+    }
     const SegmentMethod& method = *find_segment_method(o.method);
+    warn_of_idle(app, std::array{IdleOptions{
+                          true,
+                          {"--send-to", "--consent", "--key-file", "--model", "--net-timeout"},
+                          fmt::format("{} asks no server", method.name)}});
     for (const std::string& path : {o.out, o.cost, o.strength, o.distance})
         if (!path.empty())
             PALPATE_TRY(expect_volume_name(path));
@@ -186,6 +204,7 @@ Command add_segment(CLI::App& app) {
     std::vector<std::string> names;
     for (const SegmentMethod& method : segment_methods())
         names.emplace_back(method.name);
+    names.emplace_back(kNet);
     app.add_option("--method", o->method, "Method; --list tells what each one does")
         ->check(one_of(names))
         ->type_name("NAME");
@@ -221,6 +240,7 @@ Command add_segment(CLI::App& app) {
         ->type_name("FILE");
     app.add_flag("--list", o->list, "List methods with their parameters, and exit");
     add_parameters(app, *o);
+    add_net_options(app, o->net);
     refuse_where_wrong(app, [o]() -> Result<void> {
         if (o->list)
             return {};

@@ -95,7 +95,7 @@ Result<Part> read_part(std::string_view text) {
 }
 
 // A name between quotes; line breaks and quotes as browsers write them.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
     std::string made = "\"";
     for (const char c : text)
         made += c == '"' ? "%22" : c == '\r' ? "%0D" : c == '\n' ? "%0A" : std::string(1, c);
@@ -123,9 +123,9 @@ MultipartBody write_multipart(std::span<const Part> parts) {
     };
     for (const Part& part : parts) {
         std::string header = fmt::format("--{}\r\nContent-Disposition: form-data; name={}",
-                                         boundary, quoted(part.name));
+                                         boundary, in_quotes(part.name));
         if (!part.filename.empty())
-            header += "; filename=" + quoted(part.filename);
+            header += "; filename=" + in_quotes(part.filename);
         if (!part.type.empty())
             header += "\r\nContent-Type: " + part.type;
         append(bytes_of(header + "\r\n\r\n"));

@@ -40,7 +40,7 @@ std::string refusal(const Bytes& chunk, size_t size) {
     return result ? "" : result.error().message;
 }
 
-// What c-blosc2 3.3.2 makes of data that a formula tells.
+// Chunks that c-blosc2 3.3.2 made of data that a formula tells.
 TEST(BloscChunk, ChunksOfTheLibraryAreRead) {
     // One stream.
     EXPECT_EQ(read(wire::from_hex("05019508e8030000e80300005d00000000000000000005000000000000000000"
