@@ -333,17 +333,6 @@ std::vector<Outline> outlines_of(std::span<const uint16_t> slice, glm::uvec2 siz
     return tracer.outlines();
 }
 
-bool contains(const Outline& polygon, glm::dvec2 point) {
-    bool inside = false;
-    for (size_t i = 0; i < polygon.size(); ++i) {
-        const glm::dvec2 a = polygon[i], b = polygon[(i + 1) % polygon.size()];
-        if ((a.y > point.y) != (b.y > point.y) &&
-            point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x))
-            inside = !inside;
-    }
-    return inside;
-}
-
 std::vector<float> covered_areas(std::span<const Outline> polygons, glm::uvec2 size) {
     std::vector<double> sums((size_t{size.x} + 1) * size.y);
     for (const Nested& one : nested(polygons)) {

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/polygon.h"
+
 namespace palpate::io {
 
 // Points of a closed polygon in the plane of a slice, in samples: the centre of
@@ -20,9 +22,8 @@ using Outline = std::vector<glm::dvec2>;
 // width, the keyhole technique of DICOM (PS3.3 C.8.8.6.3).
 std::vector<Outline> outlines_of(std::span<const uint16_t> slice, glm::uvec2 size, uint16_t label);
 
-// Whether a point lies within a polygon, in samples both: even-odd, and of two
-// polygons which share an edge one has a point on it.
-bool contains(const Outline& polygon, glm::dvec2 point);
+// Whether a point lies within a polygon, in samples both.
+using palpate::contains;
 
 // The area that polygons enclose of each sample of a slice, 0 .. 1, x fastest.
 // Polygons that lie within another take their area away, and give it again

@@ -316,8 +316,9 @@ const std::vector<Filter>& table() {
     };
     static const std::vector<Filter> all = [] {
         std::vector<Filter> made = grey;
-        for (Filter& filter : label_filters())
-            made.push_back(std::move(filter));
+        for (std::vector<Filter> (*more)() : {click_filters, label_filters})
+            for (Filter& filter : more())
+                made.push_back(std::move(filter));
         return made;
     }();
     return all;

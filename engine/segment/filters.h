@@ -54,6 +54,7 @@ struct Filter {
 
 std::span<const Filter> filters();
 std::vector<Filter> label_filters(); // those of filters() that take labels
+std::vector<Filter> click_filters(); // those that take a place
 
 // The values in "1.5", "2,50" or "2,range=50": in the order of the parameters, or by name. Those
 // left out have their preset. The error states the expected and the found text.

@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/file.h"
 #include "engine/segment/components.h"
 #include "engine/segment/filters.h"
 #include "engine/segment/interpolate_slices.h"
@@ -8,6 +9,7 @@
 #include "engine/segment/label_median.h"
 #include "engine/segment/margin.h"
 #include "engine/segment/morphology.h"
+#include "engine/segment/scissors.h"
 #include "engine/segment/signed_distance.h"
 #include "engine/segment/smooth_labels.h"
 
@@ -152,6 +154,14 @@ Result<Volume> combine(const Volume& volume, const FilterValues& v, const Task& 
     if (needs_set && o.of == 0 && !o.other)
         return fail("expected the label OF that is combined with {}, found none", o.label);
     return label_logic(volume, o, task);
+}
+
+// A file of scissors, or its text.
+Result<Volume> cut_by_outline(const Volume& volume, const FilterValues& v, const Task& task) {
+    const bool is_text = v.text.find('{') != std::string::npos;
+    PALPATE_TRY(const std::string text, is_text ? v.text : load_text(v.text));
+    PALPATE_TRY(const Scissors scissors, parse_scissors(text, is_text ? "scissors" : v.text));
+    return cut_labels(volume, scissors, v.locked, task);
 }
 
 FilterParameter label() {
@@ -304,6 +314,19 @@ std::vector<Filter> wall_filters() {
          "a brick of each map for each thread",
          nullptr,
          combine,
+         true,
+         true},
+        {"scissors",
+         "Erase a label within or without an outline as it is seen in a slice or in 3D, or fill "
+         "it: "
+         "through all depths, between two, or what is seen first; a JSON file, or its text "
+         "(docs/reference/filters.md)",
+         "CUT",
+         {},
+         "the type of the input; u16 where it does not hold the label",
+         "a brick for each thread; of what is seen first a bit a sample",
+         nullptr,
+         cut_by_outline,
          true,
          true},
     };

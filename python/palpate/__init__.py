@@ -29,7 +29,7 @@ from .picture import (
     release,
     render,
 )
-from .segment import Segmented, filter, filters, methods, segment
+from .segment import Segmented, filter, filters, methods, scissors, segment
 from .touch import CONTACTS, Felt, Servo, Touched, touch, touch_algorithms, touch_devices
 from .volume import Volume, as_volume, load, load_structures, save, save_dicom
 
@@ -65,6 +65,7 @@ __all__ = [
     "render",
     "save",
     "save_dicom",
+    "scissors",
     "segment",
     "surface",
     "touch",

@@ -36,6 +36,44 @@ def filter(
     return Volume(_core.filter(as_volume(volume, labels=labels)._core, name, text, known, fixed, progress))
 
 
+def scissors(
+    labels: Any,
+    outline_mm: Sequence[Sequence[float]],
+    towards: Sequence[float],
+    *,
+    action: str = "erase-inside",
+    label: int = 1,
+    all_labels: bool = False,
+    eye_mm: Optional[Sequence[float]] = None,
+    depths_mm: Optional[Sequence[float]] = None,
+    seen_first: bool = False,
+    locked: Sequence[int] = (),
+    progress: Progress = None,
+) -> Volume:
+    """Cuts a label map by a closed outline: scissors(v, [[0, 0, 0], [9, 0, 0], [9, 9, 0]], [0, 0, 1]).
+
+    A sample lies within where its centre is seen within the outline, looking along towards, with parallel
+    rays or from eye_mm. action: "erase-inside", "erase-outside" or "fill-inside", of the label; all_labels:
+    every label is erased, or a fill takes samples of others. depths_mm: (least, most) along towards from the
+    outline's first corner. seen_first: only what no sample hides. Places are LPS mm.
+    """
+    cut: Dict[str, Any] = {
+        "scissors": 1,
+        "units": "mm",
+        "action": action,
+        "label": label,
+        "all_labels": all_labels,
+        "outline_mm": [[float(x) for x in corner] for corner in outline_mm],
+        "towards": [float(x) for x in towards],
+        "seen_first": seen_first,
+    }
+    if eye_mm is not None:
+        cut["eye_mm"] = [float(x) for x in eye_mm]
+    if depths_mm is not None:
+        cut["depths_mm"] = [float(x) for x in depths_mm]
+    return filter(labels, "scissors", json.dumps(cut), labels=True, locked=locked, progress=progress)
+
+
 def _word(value: Any) -> str:
     return value if isinstance(value, str) else number(value)
 

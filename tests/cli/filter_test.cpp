@@ -143,6 +143,13 @@ TEST_F(FilterCommand, LabelMaps) {
     EXPECT_EQ(joined.value({2, 6, 4}), 1.0f);
     EXPECT_EQ(joined.value({36, 17, 4}), 2.0f);
 
+    std::ofstream(file("cut.json")) << R"({"scissors": 1, "units": "mm", "action": "erase-inside",
+        "label": 5, "outline_mm": [[-500, -500, 0], [500, -500, 0], [500, 500, 0], [-500, 500, 0]],
+        "towards": [0, 0, 1]})";
+    const Volume cut = labels({"--scissors", file("cut.json").string()}, "cut.nrrd");
+    EXPECT_EQ(cut.value({36, 17, 4}), 0.0f);
+    EXPECT_EQ(cut.value({2, 6, 4}), 3.0f);
+
     ProgramRun ran = filter({"--threshold", "150", "--locked", "5", "-o", file("x.nrrd").string()});
     EXPECT_NE(ran.exit_code, 0);
     EXPECT_THAT(ran.messages, HasSubstr("--threshold: expected a filter that changes a label map"));

@@ -193,6 +193,24 @@ def test_filters_of_labels_leave_locked_ones():
     assert (palpate.filter(volume, "hollow", 0.5, "outside", 2, labels=True).to_numpy() == 1).sum() == 16
     joined = palpate.filter(volume, "logic", "add", 1, 2, labels=True).to_numpy()
     assert np.array_equal(joined == 1, labels > 0)
+    # A click on the value of label 2 takes the box of it; its contour in a layer the rectangle there.
+    here = [11 * mm[0], 4 * mm[1], 3 * mm[2]]
+    grey = palpate.Volume.from_numpy(50 * labels, affine)
+    alike = palpate.filter(grey, "local-threshold", *here, times=0.1, near=0).to_numpy()
+    assert np.array_equal(alike, labels == 2)
+    at = [9.4 * mm[0], 4 * mm[1], 3 * mm[2]]
+    within = palpate.filter(grey, "level-trace", *at).to_numpy()
+    assert np.array_equal(within, (labels == 2) & (np.arange(8) == 3))
+    # Along x, label 1 hides label 2.
+    outline = [[0, 4.5, -9], [0, 9, -9], [0, 9, 9], [0, 4.5, 9]]
+    cut = palpate.scissors(volume, outline, [1, 0, 0], all_labels=True, seen_first=True).to_numpy()
+    y = np.arange(labels.shape[1])[:, None] * mm[1]
+    assert np.array_equal(cut, np.where((labels == 1) & (y > 4.5), 0, labels))
+    near = palpate.scissors(volume, outline, [1, 0, 0], label=2, depths_mm=[5, 5.5], locked=[1]).to_numpy()
+    x = np.arange(labels.shape[0])[:, None, None] * mm[0]
+    assert np.array_equal(near, np.where((labels == 2) & (y > 4.5) & (x >= 5) & (x <= 5.5), 0, labels))
+    with pytest.raises(palpate.Error, match="3 corners|outline_mm"):
+        palpate.scissors(volume, outline[:2], [1, 0, 0])
     for wrong in [dict(locked=[0]), dict(locked=[1])]:
         with pytest.raises(palpate.Error, match="locked"):
             palpate.filter(volume, "margin", 1, 1, labels=True, **wrong)

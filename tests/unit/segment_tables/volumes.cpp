@@ -97,7 +97,11 @@ std::vector<FilterUse> uses_of(const Filter& filter, const std::map<std::string,
             {"logic", "intersect,1,2,b"},
             {"mask", "b,5"},
             {"reorient", "SLA"},
-            {"resample-like", "other,cubic"}};
+            {"resample-like", "other,cubic"},
+            {"scissors",
+             R"({"scissors": 1, "units": "mm", "action": "erase-outside", "all_labels": true,
+                 "outline_mm": [[-9, -9, 0], [12, -9, 1], [12, 20, 0]], "towards": [0.1, 0.2, 1],
+                 "eye_mm": [3, 4, -50], "depths_mm": [-30, 30], "seen_first": true})"}};
         return {{name, {{}, texts.at(name), &others}}};
     }
     std::vector<double> values;
