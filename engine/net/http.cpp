@@ -1,7 +1,11 @@
 #include "engine/net/http.h"
 
+#include <pthread.h>
+#include <signal.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <memory>
 #include <string_view>
 
@@ -82,6 +86,32 @@ struct Handles {
     }
     Handles(const Handles&) = delete;
     Handles& operator=(const Handles&) = delete;
+};
+
+// While one lives, its thread takes no SIGPIPE: a server that closes a connection under TLS would
+// end the program, as CURLOPT_NOSIGNAL leaves that signal to us.
+class NoPipeSignal {
+ public:
+    NoPipeSignal() {
+        sigset_t pending;
+        sigemptyset(&pipe_);
+        sigaddset(&pipe_, SIGPIPE);
+        sigpending(&pending);
+        was_pending_ = sigismember(&pending, SIGPIPE) == 1;
+        pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+    }
+    ~NoPipeSignal() {
+        const timespec now{};
+        while (!was_pending_ && sigtimedwait(&pipe_, nullptr, &now) == -1 && errno == EINTR) {
+        }
+        pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+    }
+    NoPipeSignal(const NoPipeSignal&) = delete;
+    NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+    sigset_t pipe_, before_;
+    bool was_pending_;
 };
 
 void set_options(Handles& h, Transfer& transfer) {
@@ -174,6 +204,7 @@ Result<HttpReply> http(const HttpRequest& request, const std::stop_token& stop) 
     const Result<CurlLibrary>& library = curl_library();
     if (!library)
         return fail("{}", library.error().message);
+    const NoPipeSignal no_signal;
     Handles handles(*library);
     if (handles.easy == nullptr || handles.multi == nullptr)
         return fail("{}: expected libcurl to start, found no memory", printable(request.url));

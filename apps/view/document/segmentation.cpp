@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/view/document/net_method.h"
 #include "apps/view/document/stroke_edit.h"
 #include "apps/view/tools/clip_tool.h"
 #include "engine/measure/measure_report.h"
@@ -124,7 +125,7 @@ std::optional<double> Segmentation::share() const {
 }
 
 void Segmentation::begin(const ViewState& state) {
-    const SegmentMethod* method = find_segment_method(state.segmenting.method);
+    const SegmentMethod* method = find_method_or_net(state.segmenting.method);
     if (!method || run_)
         return;
     const std::optional<Volume> seeds = document_.seeds();
@@ -139,7 +140,7 @@ void Segmentation::begin(const ViewState& state) {
         .outside = kSeedOf255,
         .locked = state.notes.locked_labels,
         .label = state.label};
-    if (state.segmenting.in_box && !state.notes.clip_planes.empty()) {
+    if (state.segmenting.in_box && !state.notes.clip_planes.empty() && method != &net_method()) {
         job.region = kept_samples(job.volume.grid(), state.notes.clip_planes);
         if (!job.region)
             return document_.tell("no sample lies within the clip planes");
@@ -152,6 +153,12 @@ void Segmentation::begin(const ViewState& state) {
         if (!by_label)
             return document_.tell(fmt::format("{}: {}", method->name, by_label.error().message));
         job.seeds = std::move(*by_label);
+    }
+    if (method == &net_method()) {
+        Result<std::shared_ptr<KeptRun>> net = net_run(state.own.of<NetWish>(), job.volume);
+        if (!net)
+            return document_.tell(net.error().message);
+        kept_run_ = std::move(*net);
     }
     run(std::move(job));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/document/net_method.h"
 #include "apps/view/document/stroke_edit.h"
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
@@ -120,6 +121,34 @@ void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) 
     ui.order(order::Bound{});
 }
 
+// The server of a net, and a person's agreement that it is sent the volume.
+void draw_net(Widgets& ui, ViewState& state) {
+    NetWish wish = state.own.of<NetWish>();
+    const auto field = [&](const char* id, const char* is_empty, std::string& text) {
+        std::array<char, 256> typed{};
+        text.copy(typed.data(), typed.size() - 1);
+        ImGui::SetNextItemWidth(-1.0f);
+        if (ImGui::InputTextWithHint(fmt::format("##{}", id).c_str(), is_empty, typed.data(),
+                                     typed.size()))
+            text = typed.data();
+        ui.note(fmt::format("segment/net/{}", id));
+    };
+    field("server", "server: host:port", wish.server);
+    field("model", "model, of MONAI Label", wish.model);
+    bool is_agreed = wish.is_agreed();
+    ImGui::BeginDisabled(wish.server.empty());
+    if (ImGui::Checkbox("send", &is_agreed))
+        wish.agreed = is_agreed ? wish.server : "";
+    ImGui::EndDisabled();
+    ui.note("segment/net/send");
+    hint(fmt::format("the whole volume and the seeds leave this machine{}{}",
+                     wish.server.empty() ? "" : " for " + wish.server,
+                     wish.server.starts_with("https:") ? "" : ", not encrypted")
+             .c_str());
+    if (wish != state.own.of<NetWish>())
+        state.own.of<NetWish>() = wish;
+}
+
 } // namespace
 
 void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
@@ -135,14 +164,20 @@ void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& 
             if (ImGui::IsItemHovered())
                 ImGui::SetTooltip("%s", method.purpose);
         }
+        const SegmentMethod& net = net_method();
+        if (ImGui::Selectable(net.name, state.segmenting.method == net.name))
+            state.segmenting.method = net.name;
+        ui.note(fmt::format("segment/method/{}", net.name));
         ImGui::EndCombo();
     }
     ui.note("segment/methods");
-    const SegmentMethod* method = find_segment_method(state.segmenting.method);
+    const SegmentMethod* method = find_method_or_net(state.segmenting.method);
     if (!method)
         return;
     hint(method->purpose);
     draw_parameters(ui, state, work, *method);
+    if (method == &net_method())
+        return draw_net(ui, state);
     ImGui::BeginDisabled(state.notes.clip_planes.empty());
     ui.check("in the crop box only", "segment/in_box", state.segmenting.in_box);
     ImGui::EndDisabled();
