@@ -29,7 +29,7 @@ from .picture import (
     release,
     render,
 )
-from .segment import Segmented, filter, filters, methods, scissors, segment
+from .segment import Segmented, filter, filters, methods, scissors, segment, segment_by_net
 from .touch import CONTACTS, Felt, Servo, Touched, touch, touch_algorithms, touch_devices
 from .volume import Volume, as_volume, load, load_structures, save, save_dicom
 
@@ -67,6 +67,7 @@ __all__ = [
     "save_dicom",
     "scissors",
     "segment",
+    "segment_by_net",
     "surface",
     "touch",
     "touch_algorithms",

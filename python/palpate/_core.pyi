@@ -121,6 +121,18 @@ def segment(
     values: Dict[str, float],
     progress: _Progress,
 ) -> Tuple[Volume, Optional[Volume], Optional[Volume], List[str]]: ...
+def segment_by_net(
+    volume: Volume,
+    send_to: str,
+    key: str,
+    model: str,
+    consent: bool,
+    timeout_s: float,
+    seed_text: str,
+    seed_labels: Optional[Volume],
+    background: int,
+    progress: _Progress,
+) -> Tuple[Volume, List[str]]: ...
 def measure(
     volume: Volume, measures: str, labels: Optional[Volume], histogram: int, progress: _Progress
 ) -> str: ...

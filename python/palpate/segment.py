@@ -1,7 +1,7 @@
 """Filters and segmentation methods, by name."""
 
 import json
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from . import _core
 from .volume import Progress, Volume, as_volume, number
@@ -111,6 +111,45 @@ def segment(
     file, or a label map on the volume's grid. background: the label of seeds that stands for outside.
     parameters: those of methods(), with _ for -.
     """
+    text, label_map = _seeds_of(seeds, background)
+    try:
+        values = {name.replace("_", "-"): float(value) for name, value in parameters.items()}
+    except (TypeError, ValueError) as error:
+        raise _core.Error(f"expected numbers as parameters, found {parameters!r}") from error
+    labels, cost, strength, notes = _core.segment(
+        as_volume(volume)._core, method, text, label_map, int(background), values, progress
+    )
+    return Segmented(Volume(labels), cost and Volume(cost), strength and Volume(strength), notes)
+
+
+def segment_by_net(
+    volume: Any,
+    send_to: str,
+    seeds: Any = None,
+    *,
+    consent: bool = False,
+    background: int = 0,
+    model: str = "",
+    key: str = "",
+    timeout_s: float = 60.0,
+    progress: Progress = None,
+) -> Segmented:
+    """Asks a net on a server for objects: segment_by_net(v, "gpu:1527", [(1, (0, 0, 0))], consent=True).
+
+    send_to: a server of nnInteractive or MONAI Label, HOST:PORT or a URL. consent: agrees that the volume and
+    the seeds leave this machine for it; without, nothing is sent, and the error says what would be. seeds and
+    background: as of segment(); places are points, label maps scribbles. model: of MONAI Label. key: if the
+    server wants one. timeout_s: silence after which it is given up. The licence of the net is in the notes.
+    """
+    text, label_map = _seeds_of(seeds, background)
+    labels, notes = _core.segment_by_net(
+        as_volume(volume)._core, send_to, key, model, consent, timeout_s, text, label_map, int(background), progress
+    )
+    return Segmented(Volume(labels), None, None, notes)
+
+
+def _seeds_of(seeds: Any, background: int) -> Tuple[str, Any]:
+    """The text of a seed file, or a label map, as _core takes them."""
     text, label_map = "", None
     if isinstance(seeds, dict):
         text = json.dumps(seeds)
@@ -120,14 +159,7 @@ def segment(
         label_map = as_volume(seeds, labels=True)._core
     if not 0 <= int(background) <= 65535:
         raise _core.Error(f"background: expected 0 .. 65535, found {background}")
-    try:
-        values = {name.replace("_", "-"): float(value) for name, value in parameters.items()}
-    except (TypeError, ValueError) as error:
-        raise _core.Error(f"expected numbers as parameters, found {parameters!r}") from error
-    labels, cost, strength, notes = _core.segment(
-        as_volume(volume)._core, method, text, label_map, int(background), values, progress
-    )
-    return Segmented(Volume(labels), cost and Volume(cost), strength and Volume(strength), notes)
+    return text, label_map
 
 
 def _seed_text(seeds: Any) -> str:

@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include "engine/io/volume_io.h"
+#include "engine/net/ask_net.h"
 #include "engine/segment/filters.h"
 #include "engine/segment/methods.h"
 #include "python/src/bind.h"
@@ -123,6 +124,55 @@ SegmentResult segmented(const LoadedVolume& loaded, const std::string& name,
     });
 }
 
+// How a net is asked.
+struct NetQuery {
+    std::string send_to, key, model;
+    bool consent = false;
+    double timeout_s = 60.0;
+};
+
+SegmentResult by_net(const LoadedVolume& loaded, const NetQuery& query,
+                     const std::string& seed_text, const VolumePtr& seed_labels,
+                     uint16_t background, const py::object& progress) {
+    return run<SegmentResult>(progress, [&](const Report& report) -> Result<SegmentResult> {
+        const Volume& volume = loaded.volume;
+        NetServer server;
+        PALPATE_TRY(server.url, server_url(query.send_to));
+        if (!query.key.empty()) {
+            PALPATE_TRY(server.key, server_key(query.key));
+        }
+        if (!(query.timeout_s >= 0.1 && query.timeout_s <= 86400.0))
+            return fail("timeout_s: expected 0.1 .. 86400, found {:g}", query.timeout_s);
+        server.limits.quiet = std::chrono::milliseconds(int64_t(query.timeout_s * 1000.0));
+        if (!query.consent)
+            return fail("{}; consent=True agrees", sending_sentence(volume, server));
+        NetSeeds seeds;
+        seeds.background = background;
+        if (!seed_text.empty()) {
+            PALPATE_TRY(const SeedFile file, parse_seeds(seed_text, "seeds"));
+            PALPATE_TRY(seed_map(volume, file, "seeds")); // all lie within
+            for (const SeedBall& ball : file.balls)
+                seeds.points[ball.label].push_back(
+                    glm::uvec3(glm::clamp(glm::round(index_point(volume.grid(), ball.center_mm)),
+                                          glm::dvec3(0.0), glm::dvec3(volume.size()) - 1.0)));
+            if (background == 0)
+                seeds.background = file.background;
+        } else if (seed_labels) {
+            PALPATE_TRY(seeds.drawn, checked_seeds(volume, seed_labels->volume, "seeds"));
+        }
+        PALPATE_TRY(const FoundNet found, find_net(server, report.stop));
+        std::optional<MonaiModel> model;
+        if (!found.is_interactive) {
+            PALPATE_TRY(model, model_of(found, query.model));
+        }
+        const MonaiModel* chosen = model ? &*model : nullptr;
+        PALPATE_TRY(Volume labels,
+                    ask_net(found, chosen, volume, seeds, report.stop, report.progress));
+        return SegmentResult{
+            volume_ptr(std::move(labels)), {}, {}, {license_sentence(found, chosen)}};
+    });
+}
+
 } // namespace
 
 void bind_segment(py::module_& module) {
@@ -137,6 +187,15 @@ void bind_segment(py::module_& module) {
             segmented(volume, method, seed_text, seed_labels, background, values, progress);
         return py::make_tuple(made.labels, made.cost, made.strength, made.notes);
     });
+    module.def(
+        "segment_by_net",
+        [](const LoadedVolume& volume, const std::string& send_to, const std::string& key,
+           const std::string& model, bool consent, double timeout_s, const std::string& seed_text,
+           const VolumePtr& seed_labels, uint16_t background, const py::object& progress) {
+            const SegmentResult made = by_net(volume, {send_to, key, model, consent, timeout_s},
+                                              seed_text, seed_labels, background, progress);
+            return py::make_tuple(made.labels, made.notes);
+        });
 }
 
 } // namespace palpate::python
