@@ -8,7 +8,7 @@ find_program(SPIRV_OPT spirv-opt REQUIRED)
 find_program(PALPATE_KERNEL_COMPILER NAMES clang++ clang++-14 ${CMAKE_CXX_COMPILER})
 
 set(native_levels ${PALPATE_NATIVE_LEVELS})
-if(NOT native_levels AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+if(NOT native_levels)
     set(native_levels sse2)
     if(EXISTS /proc/cpuinfo)
         file(STRINGS /proc/cpuinfo native_cpu REGEX "^flags" LIMIT_COUNT 1)
@@ -19,6 +19,9 @@ if(NOT native_levels AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
             set(native_levels avx2)
         endif()
     endif()
+endif()
+if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    set(native_levels "")
 endif()
 set(native_options_sse2 "")
 set(native_options_avx2 -mavx2 -mfma -mf16c)
@@ -50,22 +53,60 @@ function(palpate_native_object target source object level)
     set_source_files_properties(${object} PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
 endfunction()
 
-# palpate_native_kernels(<target> <folder> <id> <count>)
-# The kernels of <id>_0.spv .. in a folder; <id>.cpp registers them.
-function(palpate_native_kernels target folder id count)
-    math(EXPR last "${count} - 1")
+# palpate_native_kernels(<target> <source> <id> <macros> <folded macros>)
+# The kernels of spirv/<id>_0.spv .. (PalpateShaders.cmake); <id>.cpp registers them.
+function(palpate_native_kernels target source id macros folded)
+    set(folder ${CMAKE_CURRENT_BINARY_DIR}/spirv)
+    set(folded_bits 0)
+    set(folded_options "")
+    set(number 0)
+    foreach(macro ${macros})
+        if(macro IN_LIST folded)
+            math(EXPR folded_bits "${folded_bits} + (1 << ${number})")
+            math(EXPR constant "1000 + ${number}") # kFirstFolded of cmake/native/translator.h
+            list(APPEND folded_options -D${macro}=1 -D${macro}_ID=${constant})
+        endif()
+        math(EXPR number "${number} + 1")
+    endforeach()
+    math(EXPR last "(1 << ${number}) - 1")
     foreach(variant RANGE ${last})
+        math(EXPR kernel "${variant} | ${folded_bits}")
+        list(APPEND served_${kernel} ${id}_${variant} ${folder}/${id}_${variant}.spv ${variant})
+        list(APPEND modules_${kernel} ${folder}/${id}_${variant}.spv)
+    endforeach()
+    foreach(variant RANGE ${last})
+        if(NOT DEFINED served_${variant})
+            continue()
+        endif()
         set(name ${id}_${variant})
         set(spv ${folder}/${name}.spv)
+        if(folded)
+            set(spv ${folder}/${name}_folded.spv)
+            set(options ${folded_options})
+            set(number 0)
+            foreach(macro ${macros})
+                math(EXPR on "(${variant} >> ${number}) & 1")
+                if(NOT macro IN_LIST folded)
+                    list(APPEND options -D${macro}=${on})
+                endif()
+                math(EXPR number "${number} + 1")
+            endforeach()
+            add_custom_command(
+                OUTPUT ${spv}
+                COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.3
+                        -I${PROJECT_SOURCE_DIR} ${options} --depfile ${spv}.d -o ${spv} ${source}
+                DEPENDS ${source} DEPFILE ${spv}.d COMMENT "SPIR-V ${name}, folded" VERBATIM)
+        endif()
         add_custom_command(
             OUTPUT ${folder}/${name}_native.cpp
             COMMAND ${SPIRV_OPT} -O --merge-return --inline-entry-points-exhaustive
                     --eliminate-dead-functions --ssa-rewrite --simplify-instructions
                     --eliminate-dead-branches --merge-blocks --cfg-cleanup
                     --eliminate-dead-code-aggressive ${spv} -o ${folder}/${name}_native.spv
-            COMMAND translate_spirv ${spv} ${folder}/${name}_native.spv ${name}
-                    ${folder}/${name}_native.cpp
-            DEPENDS ${spv} translate_spirv COMMENT "Translating ${name}" VERBATIM)
+            COMMAND translate_spirv ${folder}/${name}_native.spv ${folder}/${name}_native.cpp
+                    ${served_${variant}}
+            DEPENDS ${spv} ${modules_${variant}} translate_spirv COMMENT "Translating ${name}"
+            VERBATIM)
         foreach(level ${native_levels})
             palpate_native_object(${target} ${folder}/${name}_native.cpp
                                   ${folder}/${name}_${level}.o ${level})

@@ -12,17 +12,19 @@ set_target_properties(embed_spirv PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_
 
 include(PalpateNative)
 
-# palpate_embed_shader(<target> <shader> <id> [NATIVE] [<macro> ...])
+# palpate_embed_shader(<target> <shader> <id> [NATIVE] [<macro> ...] [FOLDED <macro> ...])
 # Compiles shaders/<shader> once for each combination of its macros being 0 or 1, and adds to
 # <target> the words, what cmake/embed_spirv.cpp reads from them, and the header "spirv/<id>.h" with
 # `palpate::spirv::<Id>`: macros and specialization constants by name. In <id>_<n>.spv, exactly
 # macro i (counted from 0) is 1 for n = 2^i. With NATIVE, its kernels for the processor are built in
-# too (PalpateNative.cmake).
+# too (PalpateNative.cmake). One kernel serves both values of a macro that stands behind FOLDED as well: its source
+# is compiled with the macro being 1 and with <macro>_ID, the id of a specialization constant that says
+# whether it is.
 function(palpate_embed_shader target shader id)
     set(out_dir ${CMAKE_CURRENT_BINARY_DIR}/spirv)
     file(MAKE_DIRECTORY ${out_dir})
     cmake_path(ABSOLUTE_PATH shader BASE_DIRECTORY ${PROJECT_SOURCE_DIR}/shaders OUTPUT_VARIABLE source)
-    cmake_parse_arguments(PARSE_ARGV 3 ARG "NATIVE" "" "")
+    cmake_parse_arguments(PARSE_ARGV 3 ARG "NATIVE" "" "FOLDED")
     set(macro_names ${ARG_UNPARSED_ARGUMENTS})
     list(LENGTH macro_names macro_count)
     math(EXPR count "1 << ${macro_count}")
@@ -54,6 +56,6 @@ function(palpate_embed_shader target shader id)
     set_source_files_properties(${out_dir}/${id}.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
     if(ARG_NATIVE)
-        palpate_native_kernels(${target} ${out_dir} ${id} ${count})
+        palpate_native_kernels(${target} ${source} ${id} "${macro_names}" "${ARG_FOLDED}")
     endif()
 endfunction()

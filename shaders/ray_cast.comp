@@ -101,6 +101,18 @@ layout(scalar, binding = kRayAtlas) uniform AtlasBlock { AtlasFrame atlas; };
 layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
 #endif
 
+// Native kernels have slices and values always, and constants say whether they are in use.
+#ifdef HAS_SLICES_ID
+layout(constant_id = HAS_SLICES_ID) const bool kHasSlices = true;
+#else
+const bool kHasSlices = true;
+#endif
+#ifdef HAS_VALUES_ID
+layout(constant_id = HAS_VALUES_ID) const bool kHasValues = true;
+#else
+const bool kHasValues = true;
+#endif
+
 #define kNaN uintBitsToFloat(0x7fc00000u)
 
 uint samples_taken = 0u;
@@ -192,9 +204,12 @@ void main() {
     }
     vec4 behind = vec4(frame.background, 0.0);
 #if HAS_SLICES
-    behind = texelFetch(behind_color, ivec3(uvec2(pixel), eye), 0);
-    const vec2 behind_value = texelFetch(behind_values, ivec3(uvec2(pixel), eye), 0).rg;
-    t.y = behind_value.g > 0.0 ? min(t.y, behind_value.g) : t.y;
+    vec2 behind_value = vec2(kNaN);
+    if (kHasSlices) {
+        behind = texelFetch(behind_color, ivec3(uvec2(pixel), eye), 0);
+        behind_value = texelFetch(behind_values, ivec3(uvec2(pixel), eye), 0).rg;
+        t.y = behind_value.g > 0.0 ? min(t.y, behind_value.g) : t.y;
+    }
 #endif
     const bool inside = t.x < t.y && wanted;
     t = inside ? t : vec2(0.0);
@@ -256,12 +271,14 @@ void main() {
                    vec4(marched.color.rgb + transmittance * behind.rgb,
                         marched.color.a + transmittance * behind.a));
 #if HAS_VALUES
-        vec2 values = vec2(marched.value, marched.depth);
+        if (kHasValues) {
+            vec2 values = vec2(marched.value, marched.depth);
 #if HAS_SLICES
-        values = vec2(isnan(values.x) ? behind_value.x : values.x,
-                      isnan(values.y) ? behind_value.y : values.y);
+            values = vec2(isnan(values.x) ? behind_value.x : values.x,
+                          isnan(values.y) ? behind_value.y : values.y);
 #endif
-        imageStore(value_image, ivec3(place, eye), vec4(values, 0.0, 0.0));
+            imageStore(value_image, ivec3(place, eye), vec4(values, 0.0, 0.0));
+        }
 #endif
     }
 }

@@ -69,6 +69,14 @@ std::vector<uint32_t> Block::successors() const {
     }
 }
 
+std::set<uint32_t> bindings_of(const Words& words) {
+    std::set<uint32_t> all;
+    for (size_t i = 5; i < words.size() && words[i] >> 16 != 0; i += words[i] >> 16)
+        if ((words[i] & 0xffff) == kDecorate && i + 3 < words.size() && words[i + 2] == kBinding)
+            all.insert(words[i + 3]);
+    return all;
+}
+
 Module parse(const Words& words) {
     if (words.size() < 5 || words[0] != 0x07230203)
         fail("expected SPIR-V of this machine's byte order, found {} words", words.size());

@@ -71,5 +71,7 @@ struct Module {
 };
 
 Module parse(const Words& words);
+// The numbers of all bindings that a module declares.
+std::set<uint32_t> bindings_of(const Words& words);
 
 } // namespace translator

@@ -1,11 +1,14 @@
-// translate_spirv MODULE OPTIMISED NAME OUT
+// translate_spirv OPTIMISED OUT (NAME MODULE NUMBER)...
 //
 // Run by palpate_embed_shader() (PalpateShaders.cmake). Writes the C++ of a compute shader: of
 // OPTIMISED, in which all functions are inlined and each has one return, for the device that runs
-// MODULE's words on the processor (engine/native). NAME is the kernel's in C++.
+// the words of each MODULE on the processor (engine/native). NAME is the kernel's in C++. Modules
+// differ in macros that OPTIMISED has as constants: bit i of a module's NUMBER is the value of
+// constant kFirstFolded + i.
 //
 // Exit 0 when done, else 1 with a sentence.
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -27,19 +30,25 @@ translator::Words read(const char* path) {
 } // namespace
 
 int main(int argc, char** argv) try {
-    if (argc != 5)
-        translator::fail("expected MODULE OPTIMISED NAME OUT");
-    const uint64_t hash = palpate::native::hash_of(read(argv[1]));
+    if (argc < 6 || argc % 3 != 0)
+        translator::fail("expected OPTIMISED OUT (NAME MODULE NUMBER)...");
+    std::vector<translator::Served> served;
+    for (int i = 3; i < argc; i += 3) {
+        const translator::Words words = read(argv[i + 1]);
+        served.push_back({argv[i], palpate::native::hash_of(words),
+                          static_cast<uint32_t>(std::strtoul(argv[i + 2], nullptr, 10)),
+                          translator::bindings_of(words)});
+    }
     std::string text;
     try {
-        const translator::Module module = translator::parse(read(argv[2]));
-        text = translator::Translator(module, argv[3], hash).run();
+        const translator::Module module = translator::parse(read(argv[1]));
+        text = translator::Translator(module, served).run();
     } catch (const std::exception& error) {
-        translator::fail("{}: {}", argv[2], error.what());
+        translator::fail("{}: {}", argv[1], error.what());
     }
-    std::ofstream file(argv[4], std::ios::binary);
+    std::ofstream file(argv[2], std::ios::binary);
     if (!(file << text << std::flush))
-        translator::fail("{}: cannot be written", argv[4]);
+        translator::fail("{}: cannot be written", argv[2]);
     return 0;
 } catch (const std::exception& error) {
     fmt::print(stderr, "translate_spirv: {}\n", error.what());

@@ -4,8 +4,8 @@
 
 namespace translator {
 
-Translator::Translator(const Module& module, std::string name, uint64_t hash)
-    : module_(module), name_(std::move(name)), hash_(hash) {}
+Translator::Translator(const Module& module, std::vector<Served> served)
+    : module_(module), served_(std::move(served)) {}
 
 // Arrays of each lane's own, and tables of constants.
 void Translator::own_arrays() {
@@ -42,7 +42,7 @@ std::string Translator::run() {
     for (int pass = 0;; ++pass) {
         if (pass == 100)
             fail("what differs between lanes is not settled after {} passes", pass);
-        Translator again(module_, name_, hash_);
+        Translator again(module_, served_);
         again.facts_ = again.next_ = next_;
         again.next_.used.clear();
         again.first_pass_ = pass == 0;
@@ -62,6 +62,31 @@ void Translator::pass() {
     own_arrays();
     masks_ = {"all"};
     block(module_.first_block, 0);
+}
+
+// The lines by which the driver knows a kernel.
+std::string Translator::kernel(const Served& served, const uint32_t (&group_size)[3]) const {
+    std::string bindings, constants;
+    for (const auto& [binding, type] : bindings_)
+        bindings += fmt::format("{{0, {}, VK_DESCRIPTOR_TYPE_{}, {}}}, ", binding, type,
+                                served.bindings.contains(binding));
+    for (const auto& [id, bits] : constants_)
+        constants +=
+            fmt::format("{{{}, {}u}}, ", id,
+                        id < kFirstFolded ? bits : served.number >> (id - kFirstFolded) & 1u);
+    std::string out;
+    if (!bindings.empty())
+        out += fmt::format("static constexpr Binding {}_bindings[] = {{{}}};\n", served.name,
+                           bindings);
+    if (!constants.empty())
+        out += fmt::format("static constexpr Constant {}_constants[] = {{{}}};\n", served.name,
+                           constants);
+    return out + fmt::format(
+                     "extern const Kernel {0};\n"
+                     "const Kernel {0}{{{1:#x}u, \"{0}\", {{{2}, {3}, {4}}}, {5}, {6}, run}};\n",
+                     served.name, served.hash, group_size[0], group_size[1], group_size[2],
+                     bindings.empty() ? "{}" : served.name + "_bindings",
+                     constants.empty() ? "{}" : served.name + "_constants");
 }
 
 std::string Translator::file() const {
@@ -85,7 +110,7 @@ std::string Translator::file() const {
         "static_cast<uint32_t>(rows % launch.groups[1]);\n"
         "const uint32_t group2 = launch.first_group[2] + "
         "static_cast<uint32_t>(rows / launch.groups[1]);\n",
-        name_, module_.has_barrier ? total : 0,
+        served_.front().name, module_.has_barrier ? total : 0,
         module_.has_wide() ? "#include \"engine/native/lanes_wide.h\"\n" : "", setup_);
     out += fmt::format(
         "for (uint32_t base = 0; base < {}; base += kLanes) {{\n"
@@ -101,23 +126,10 @@ std::string Translator::file() const {
         out +=
             fmt::format("const U global{0} = U(group{0} * {1}u) + local{0};\n", axis, size[axis]);
     out += scopes_[1].text + "}\n}\n}\n";
-    std::string bindings, spec;
-    for (const auto& [binding, type] : bindings_)
-        bindings += fmt::format("{{0, {}, VK_DESCRIPTOR_TYPE_{}}}, ", binding, type);
-    for (const auto& [id, bits] : constants_)
-        spec += fmt::format("{{{}, {}u}}, ", id, bits);
-    if (!bindings_.empty())
-        out += fmt::format("constexpr Binding kBindings[] = {{{}}};\n", bindings);
-    if (!constants_.empty())
-        out += fmt::format("constexpr Constant kConstants[] = {{{}}};\n", spec);
-    out += fmt::format(
-        "}} // namespace\nnamespace PALPATE_LEVEL {{\n"
-        "extern const Kernel {0};\n"
-        "const Kernel {0}{{{1:#x}u, \"{0}\", {{{2}, {3}, {4}}}, {5}, {6}, run}};\n"
-        "}}\n}}\n",
-        name_, hash_, size[0], size[1], size[2], bindings_.empty() ? "{}" : "kBindings",
-        constants_.empty() ? "{}" : "kConstants");
-    return out;
+    out += "} // namespace\nnamespace PALPATE_LEVEL {\n";
+    for (const Served& served : served_)
+        out += kernel(served, size);
+    return out + "}\n}\n";
 }
 
 } // namespace translator

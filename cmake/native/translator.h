@@ -27,6 +27,15 @@ struct Variable {
     std::vector<uint32_t> loops; // that it is written in, outermost first
 };
 
+// A module of a program that a kernel serves.
+struct Served {
+    std::string name; // of the kernel in C++
+    uint64_t hash = 0;
+    uint32_t number = 0; // bit i is the value of constant kFirstFolded + i
+    std::set<uint32_t> bindings;
+};
+constexpr uint32_t kFirstFolded = 1000;
+
 // A pointer leads to words of a bound block, of shared memory, or of a lane's own array.
 struct Pointer {
     uint32_t base = 0; // the OpVariable
@@ -53,7 +62,7 @@ struct Target {
 // was found (Facts) no longer changes.
 class Translator {
  public:
-    Translator(const Module& module, std::string name, uint64_t hash);
+    Translator(const Module& module, std::vector<Served> served);
     std::string run();
 
  private:
@@ -79,6 +88,7 @@ class Translator {
     void own_arrays();
     void pass();
     std::string file() const;
+    std::string kernel(const Served& served, const uint32_t (&group_size)[3]) const;
     Parts parts(uint32_t id); // of an operand
     Part resolve(const Part& part);
     std::string text(const Part& part);  // marks it as used
@@ -139,8 +149,7 @@ class Translator {
     void masked(const std::string& mask, Body&& body);
 
     const Module& module_;
-    std::string name_;
-    uint64_t hash_;
+    std::vector<Served> served_;
     Facts facts_, next_;
     bool first_pass_ = true;
 

@@ -10,6 +10,7 @@
 #include "engine/gpu/dispatch.h"
 #include "engine/gpu/error.h"
 #include "engine/native/driver/driver.h"
+#include "engine/native/level.h"
 
 namespace palpate {
 
@@ -146,6 +147,8 @@ bool can_do_int64_atomics(VkPhysicalDevice device) {
 
 GpuDevice::GpuDevice(const DeviceOptions& options)
     : instance_(options.validation, options.instance_extensions) {
+    if (const std::string why = native::level_refusal(); !why.empty())
+        throw GpuError(why);
     std::string select = options.select;
     if (const char* wish = std::getenv("PALPATE_DEVICE"); select.empty() && wish)
         select = wish;

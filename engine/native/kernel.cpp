@@ -1,11 +1,26 @@
 #include "engine/native/kernel.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <string_view>
 #include <vector>
+
+#include "engine/native/level.h"
 
 namespace palpate::native {
 
 namespace {
+
+constexpr std::array<std::string_view, 3> kLevelNames = {"sse2", "avx2", "avx512"};
+
+// A place in kLevelNames, or their count.
+size_t wished_level() {
+    const char* wish = std::getenv("PALPATE_NATIVE_LEVEL");
+    if (!wish)
+        return static_cast<size_t>(Level::kAvx512);
+    const auto found = std::find(kLevelNames.begin(), kLevelNames.end(), wish);
+    return static_cast<size_t>(found - kLevelNames.begin());
+}
 
 Level best_level() {
 #if defined(__x86_64__)
@@ -25,7 +40,7 @@ struct Registry {
 
     // The widest that this processor runs and this program holds.
     size_t level() const {
-        auto best = static_cast<size_t>(best_level());
+        size_t best = std::min(static_cast<size_t>(best_level()), wished_level());
         while (best > 0 && of_level[best].empty())
             --best;
         return best;
@@ -48,6 +63,13 @@ const std::vector<const Kernel*>& usable() {
 }
 
 } // namespace
+
+std::string level_refusal() {
+    if (wished_level() < kLevelNames.size())
+        return "";
+    return "PALPATE_NATIVE_LEVEL: expected sse2, avx2 or avx512, found " +
+           std::string(std::getenv("PALPATE_NATIVE_LEVEL"));
+}
 
 uint32_t texel_bytes(VkFormat format) {
     switch (format) {

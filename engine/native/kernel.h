@@ -51,6 +51,7 @@ struct Resource {
 struct Binding {
     uint32_t set, binding;
     VkDescriptorType type; // storage or uniform buffer, storage image, image with its sampler
+    bool is_used = true;   // else the module has no such binding, and the kernel leaves it alone
 };
 
 struct Constant {

@@ -2,7 +2,10 @@
 //
 // Writes COUNT random functions twice: as a compute shader, and as a header of C++ with the same
 // text. All that they do is defined in both languages and exact: whole numbers of 32 bits that
-// wrap, and floats that hold whole or half numbers below 2^24. Every loop ends.
+// wrap, and floats that hold whole or half numbers below 2^24. Every loop ends. They read a
+// picture, keep a number in a pixel of their own, and change shared numbers by atomics whose order
+// does not matter. What a subgroup says to itself stands in stages behind the functions, since one
+// invocation alone cannot compute it.
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
@@ -25,6 +28,20 @@ class Program {
         return out + statements(3) + "return a ^ b * 3u ^ c * 5u ^ d ^ t[(a ^ d) % 5u];\n}\n";
     }
 
+    // All lanes compute r = f(a, b); those for which a condition holds change a by what they hear.
+    struct Stage {
+        std::string function, condition, operation;
+    };
+    Stage stage(int functions) {
+        const char* operations[] = {"kAdd",   "kInclusive", "kExclusive", "kFirst",
+                                    "kElect", "kAny",       "kAll",       "kLoop"};
+        const std::string mask = std::to_string(1u << below(5)) + "u";
+        const std::string conditions[] = {"true", "(r & " + mask + ") != 0u", "r < a",
+                                          "(a & " + mask + ") == 0u", "int(r) < int(b)"};
+        return {"f" + std::to_string(below(static_cast<uint32_t>(functions))), conditions[below(5)],
+                operations[below(8)]};
+    }
+
  private:
     uint32_t below(uint32_t n) { // splitmix64
         uint64_t z = state_ += 0x9e3779b97f4a7c15u;
@@ -42,7 +59,11 @@ class Program {
                                    : variable();
         const std::string x = number(depth - 1), y = number(depth - 1);
         const char* binary[] = {"+", "-", "*", "&", "|", "^"};
-        switch (below(14)) {
+        switch (below(16)) {
+            case 14:
+                return "texel(" + x + ", " + y + ")";
+            case 15:
+                return below(2) ? "kept()" : "texel(" + x + " & 7u, " + y + " & 7u)";
             case 0:
                 return "(" + x + " << (" + y + " & 31u))";
             case 1:
@@ -111,7 +132,14 @@ class Program {
         return out;
     }
     std::string statement() {
-        switch (depth_ > 2 ? below(3) : below(10)) {
+        switch (depth_ > 2 ? below(3) : below(12)) {
+            case 10:
+                return "keep(" + number(2) + ");\n";
+            case 11: {
+                const char* kinds[] = {"add", "or", "xor", "and", "min", "max"};
+                return std::string("bin_") + kinds[below(6)] + "(" + number(1) + ", " + number(2) +
+                       ");\n";
+            }
             case 0:
                 return "t[" + number(1) + " % 5u] = " + number(2) + ";\n";
             case 3:
@@ -155,6 +183,39 @@ class Program {
     int helpers_ = 0, names_ = 0, loops_ = 0, depth_ = 0;
 };
 
+// Four bins for each of the operations.
+constexpr const char* kShader = R"(#version 460
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+layout(local_size_x = 64) in;
+layout(binding = 0) readonly buffer Values { uint values[]; };
+layout(binding = 1) writeonly buffer Results { uint results[]; };
+layout(binding = 2) buffer Bins { uint bins[24]; };
+layout(binding = 3) uniform usampler2D picture;
+layout(binding = 4, r32ui) uniform uimage2D kept_image;
+shared uint row[64];
+uint texel(uint x, uint y) { return texelFetch(picture, ivec2(x, y), 0).r; }
+ivec2 own() { return ivec2(gl_LocalInvocationID.x, gl_WorkGroupID.x); }
+uint kept() { return imageLoad(kept_image, own()).r; }
+void keep(uint x) { imageStore(kept_image, own(), uvec4(x)); }
+void bin_add(uint at, uint x) { atomicAdd(bins[at & 3u], x); }
+void bin_or(uint at, uint x) { atomicOr(bins[4u + (at & 3u)], x); }
+void bin_xor(uint at, uint x) { atomicXor(bins[8u + (at & 3u)], x); }
+void bin_and(uint at, uint x) { atomicAnd(bins[12u + (at & 3u)], x); }
+void bin_min(uint at, uint x) { atomicMin(bins[16u + (at & 3u)], x); }
+void bin_max(uint at, uint x) { atomicMax(bins[20u + (at & 3u)], x); }
+#define kAdd a ^= subgroupAdd(r)
+#define kInclusive a ^= subgroupInclusiveAdd(r)
+#define kExclusive a ^= subgroupExclusiveAdd(r)
+#define kFirst a ^= subgroupBroadcastFirst(r)
+#define kElect a ^= uint(subgroupElect())
+#define kAny a ^= uint(subgroupAny((r & 2u) != 0u))
+#define kAll a ^= uint(subgroupAll((r & 2u) != 0u))
+#define kLoop for (uint i = 0u; i < (r & 3u); ++i) a += subgroupAdd(r + i)
+)";
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -165,33 +226,39 @@ int main(int argc, char** argv) {
     Program program(std::strtoull(argv[1], nullptr, 10));
     for (int i = 0; i < count; ++i)
         functions += program.function(i, i < helpers ? 0 : helpers);
+    const std::string stride = std::to_string(count + 1) + "u";
     std::string calls, twin_calls;
     for (int i = 0; i < count; ++i) { // some arguments are the same in all lanes
         const std::string a = i % 3 == 0 ? "group" : "a", b = i % 6 == 3 ? "group * 7u" : "b";
         const std::string call = "f" + std::to_string(i) + "(" + a + ", " + b + ")";
-        calls += "results[" + std::to_string(count) + "u * id + " + std::to_string(i) +
-                 "u] = " + call + ";\n";
+        calls += "results[" + stride + " * id + " + std::to_string(i) + "u] = " + call + ";\n";
         twin_calls += "out[" + std::to_string(i) + "] = " + call + ";\n";
     }
-    std::ofstream(argv[3]) << "#version 460\nlayout(local_size_x = 64) in;\n"
-                              "layout(binding = 0) readonly buffer Values { uint values[]; };\n"
-                              "layout(binding = 1) writeonly buffer Results { uint results[]; };\n"
-                              "layout(binding = 2) buffer Bins { uint bins[16]; };\n"
-                              "shared uint row[64];\n"
-                           << functions
+    std::string stages, twin_stages;
+    for (int i = 0; i < 12; ++i) {
+        const Program::Stage stage = program.stage(count);
+        stages += "{\nuint r = " + stage.function + "(a, b);\nif (" + stage.condition + ") { " +
+                  stage.operation + "; }\n}\n";
+        twin_stages += "group.stage(" + stage.function +
+                       ", [](uint a, uint b, uint r) { return a == a && b == b && r == r && (" +
+                       stage.condition + "); }, Said::" + stage.operation + ");\n";
+    }
+    std::ofstream(argv[3]) << kShader << functions
                            << "void main() {\nuint id = gl_GlobalInvocationID.x, group = "
                               "gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;\n"
                               "uint a = values[2u * id], b = values[2u * id + 1u];\n"
                            << calls
-                           << "atomicAdd(bins[a & 15u], b);\n"
-                              "#if defined(HAS_BARRIER) && HAS_BARRIER\n"
+                           << "#if defined(HAS_BARRIER) && HAS_BARRIER\n"
                               "row[lane] = a;\nbarrier();\nuint other = row[(lane + 7u) & 63u];\n"
                               "barrier();\nrow[63u - lane] = b;\nbarrier();\n"
                               "results["
-                           << count << "u * id] = other ^ row[lane];\n#endif\n}\n";
+                           << stride << " * id] = other ^ row[lane];\n#endif\n"
+                           << stages << "results[" << stride << " * id + " << count
+                           << "u] = a;\n}\n";
     std::ofstream(argv[4]) << functions
                            << "inline void run_all(uint group, uint a, uint b, uint* out) {\n"
-                           << twin_calls << "}\ninline constexpr uint kFunctions = " << count
+                           << twin_calls << "}\ninline void run_stages(Group& group) {\n"
+                           << twin_stages << "}\ninline constexpr uint kFunctions = " << count
                            << ";\n";
     return 0;
 }

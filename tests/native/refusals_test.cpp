@@ -11,6 +11,7 @@
 
 #include "engine/native/driver/driver.h"
 #include "engine/native/driver/functions.h"
+#include "engine/native/level.h"
 #include "tests/native/native_fixture.h"
 #include "tests/support/paths.h"
 
@@ -173,6 +174,19 @@ TEST_F(NativeRefusals, DevicesOfBothKindsServeOneProcess) {
         commands.ticket().wait();
         EXPECT_EQ(static_cast<uint32_t>(back.mapped()[0]), word[0]);
     }
+}
+
+TEST_F(NativeRefusals, AnUnknownLevelIsNamed) {
+    ASSERT_EQ(setenv("PALPATE_NATIVE_LEVEL", "avx3", 1), 0);
+    try {
+        GpuDevice({.select = "palpate native"});
+        ADD_FAILURE() << "expected no device";
+    } catch (const GpuError& error) {
+        EXPECT_STREQ(error.what(),
+                     "PALPATE_NATIVE_LEVEL: expected sse2, avx2 or avx512, found avx3");
+    }
+    ASSERT_EQ(unsetenv("PALPATE_NATIVE_LEVEL"), 0);
+    EXPECT_EQ(native::level_refusal(), "");
 }
 
 // Without a line in functions.h a function's pointer is null: the first call ends the program.

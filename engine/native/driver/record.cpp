@@ -37,12 +37,14 @@ void dispatch(VkCommandBuffer handle, std::array<uint32_t, 3> first, std::array<
     record(handle, [&] {
         Dispatch made{buffer.pipeline, {}, buffer.push_constants, first, groups, indirect, offset};
         for (const Binding& binding : kernel.bindings) {
-            const DescriptorSet::Slot* slot = slot_of(buffer, binding);
+            const DescriptorSet::Slot* slot = binding.is_used ? slot_of(buffer, binding) : nullptr;
             if (slot) {
                 made.resources.push_back(slot->resource);
                 continue;
             }
             made.resources.push_back({});
+            if (!binding.is_used)
+                continue;
             buffer.fail(fmt::format(
                 "{}: expected a descriptor of type {} at binding {} of set {}, found "
                 "none",
