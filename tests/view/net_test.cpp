@@ -79,6 +79,15 @@ TEST_F(NetInTheWindow, NothingIsSentBeforeAPersonAgrees) {
     frame({});
     run();
     EXPECT_EQ(fake_.requests(), "");
+    // And for this document alone.
+    click_widget("segment/net/send", 0.05);
+    EXPECT_TRUE(state().own.of<NetWish>().is_agreed());
+    frame({{.kind = Event::Kind::drop, .paths = {"synthetic:phantom?size=24"}}});
+    frame({});
+    click_widget("leave/discard");
+    frame({});
+    frame({});
+    EXPECT_EQ(state().own.of<NetWish>(), NetWish());
 }
 
 // The fake server's net gives a scribble back: the labels are the seeds then.
