@@ -24,7 +24,7 @@ bool shows_walls(const Scene& scene) {
 // In samples: how far from a changed label the walls between labels move, or their normals turn.
 double reach_of_walls() {
     const BlockNetsOptions walls;
-    return 2.0 * walls.passes + walls.normal_rounds + 3.0;
+    return kStepsOfRound * walls.rounds + walls.normal_rounds + 3.0;
 }
 
 // Whether a surface of the scene is made from its volume.

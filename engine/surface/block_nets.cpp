@@ -126,9 +126,10 @@ uint32_t BlockNets::number_of(glm::ivec3 block) const {
     return static_cast<uint32_t>(block.x + count_.x * (block.y + count_.y * block.z));
 }
 
-// A sample is read by the cells on its two sides, and a pass moves vertices two cells away.
+// A sample is read by the cells on its two sides, and a step of smoothing moves vertices one cell
+// away.
 ChangedBox BlockNets::cells_moved_by(const ChangedBox& samples) const {
-    const auto reach = static_cast<int>(2 * options_.passes);
+    const auto reach = static_cast<int>(kStepsOfRound * options_.rounds);
     return {samples.first - reach, samples.last + 1 + reach};
 }
 
@@ -174,7 +175,7 @@ void BlockNets::make(const ChangedBox& blocks, const std::vector<ChangedBox>& ch
             continue;
         moved = {glm::min(moved.first, low), glm::max(moved.last, high)};
     }
-    const auto smoothed = static_cast<int>(2 * options_.passes);
+    const auto smoothed = static_cast<int>(kStepsOfRound * options_.rounds);
     // Cell c has samples c - 1 and c.
     const glm::ivec3 first =
         glm::max(glm::min(needed.first, moved.first - smoothed) - 1, glm::ivec3(0));
@@ -191,7 +192,8 @@ void BlockNets::make(const ChangedBox& blocks, const std::vector<ChangedBox>& ch
                                return is_needed ? kept_vertex(cell, n) : glm::vec3(0.0f);
                            }};
     NetPart made = surface_nets_part(
-        part, first, unknown, {.passes = options_.passes, .bound = options_.bound, .stop = {}});
+        part, first, unknown,
+        {.passes = 0, .rounds = options_.rounds, .bound = options_.bound, .stop = {}});
     std::vector<uint32_t> near;
     for (uint32_t n = 0; n < made.owners.size(); ++n)
         if (glm::all(glm::greaterThan(made.owners[n], needed.first)) &&

@@ -11,7 +11,7 @@ namespace palpate {
 
 // How walls between labels are made to be looked at.
 struct BlockNetsOptions {
-    uint32_t passes = 3;        // of smoothing
+    uint32_t rounds = 1;        // of strong smoothing
     double bound = 0.49;        // most a vertex may move on each axis, in samples
     uint32_t normal_rounds = 3; // of wall_normals()
 };

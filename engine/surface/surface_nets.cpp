@@ -15,6 +15,8 @@ namespace palpate {
 namespace {
 
 constexpr double kLambda = 0.5, kMu = -0.53;
+constexpr double kStrong = 0.6; // (1 - 0.6 k)^5 (1 + 3 k) has no slope at k = 0
+constexpr int kStrongSteps = kStepsOfRound - 1;
 constexpr double kApart = 0.25; // of the way to a corner of the cell, or of a face
 
 template <class Real>
@@ -79,15 +81,24 @@ struct PartPlace {
     }
 };
 
-int steps_of(const SurfaceNetsOptions& options) {
-    return 2 * static_cast<int>(options.passes);
+// Of the way to the mean of a vertex's neighbours, of each step.
+std::vector<double> shares_of(const SurfaceNetsOptions& options) {
+    std::vector<double> shares;
+    for (uint32_t pass = 0; pass < options.passes; ++pass)
+        shares.insert(shares.end(), {kLambda, kMu});
+    for (uint32_t round = 0; round < options.rounds; ++round) {
+        shares.insert(shares.end(), kStrongSteps, kStrong);
+        shares.push_back(-kStrongSteps * kStrong);
+    }
+    return shares;
 }
 
 // Step n of all moves vertices as far about those that are wanted as the steps after it reach.
 template <class Real>
 void smooth(const Net& net, glm::uvec3 size, const PartPlace& place,
-            const SurfaceNetsOptions& options, std::vector<Vec<Real>>& offsets) {
-    const int all_steps = steps_of(options);
+            const SurfaceNetsOptions& options, const std::vector<double>& shares,
+            std::vector<Vec<Real>>& offsets) {
+    const auto all_steps = static_cast<int>(shares.size());
     const NetCells first_moved = place.moved_cells(all_steps - 1);
     std::vector<uint32_t> near;
     for (uint32_t v = 0; v < net.vertices.size(); ++v)
@@ -126,10 +137,8 @@ void smooth(const Net& net, glm::uvec3 size, const PartPlace& place,
         });
         std::swap(offsets, next);
     };
-    for (uint32_t pass = 0; pass < options.passes && !options.stop.stop_requested(); ++pass) {
-        step(Real(kLambda));
-        step(Real(kMu));
-    }
+    for (size_t n = 0; n < shares.size() && !options.stop.stop_requested(); ++n)
+        step(Real(shares[n]));
 }
 
 // The net's vertices in millimetres and the triangles of its walls.
@@ -195,14 +204,15 @@ Surface<Real> make_surface(const Volume& labels, const SurfaceNetsOptions& optio
     const glm::ivec3 first = place.first;
     PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5);
     Surface<Real> surface;
-    const NetCells linked = options.passes > 0 ? place.moved_cells(steps_of(options))
-                                               : NetCells{glm::ivec3(0), glm::ivec3(-1)};
+    const std::vector<double> shares = shares_of(options);
+    const NetCells linked = shares.empty() ? NetCells{glm::ivec3(0), glm::ivec3(-1)}
+                                           : place.moved_cells(static_cast<int>(shares.size()));
     const Net net = make_net(labels, linked, options.stop);
     if (options.stop.stop_requested())
         return surface;
     std::vector<Vec<Real>> offsets = first_offsets<Real>(net);
-    if (options.passes > 0)
-        smooth(net, labels.size(), place, options, offsets);
+    if (!shares.empty())
+        smooth(net, labels.size(), place, options, shares, offsets);
     const Vec<Real> spacing(spacing_mm(labels.grid()));
     surface.positions.resize(offsets.size());
     const NetCells moved = place.moved_cells(0);

@@ -10,8 +10,11 @@
 
 namespace palpate {
 
+inline constexpr uint32_t kStepsOfPass = 2, kStepsOfRound = 6; // each reaches one cell farther
+
 struct SurfaceNetsOptions {
-    uint32_t passes = 0;  // of smoothing; 0: walls are the faces between samples
+    uint32_t passes = 0;  // of smoothing; 0 and no rounds: walls are the faces between samples
+    uint32_t rounds = 0;  // of strong smoothing, after the passes
     double bound = 0.375; // most a vertex may move on each axis, in samples; 0 <= bound < 0.5
     std::stop_token stop; // asked to stop, there is no triangle
 };
@@ -34,7 +37,10 @@ struct SurfaceNetsOptions {
 //
 // Smoothing moves each vertex towards the mean of those it is joined to, and back by 1.06 as much
 // (Taubin), never farther than `bound` from the centre of its cell: so the surface stays within a
-// sample of the walls of voxels, and no label vanishes, not of one voxel either. Vertices on lines
+// sample of the walls of voxels, and no label vanishes, not of one voxel either. A round of strong
+// smoothing is five steps of 0.6 of the way and one back of their sum, 3, with which a surface of
+// low curvature keeps its place: it has the reach of three passes, and takes away stairs of eight
+// samples, which these leave. Vertices on lines
 // where several walls meet move along these lines; those on the box of voxels stay on it.
 //
 // Samples must be whole numbers 0 .. 65535, and each side below 65535. Threaded; the same on any
@@ -58,7 +64,7 @@ struct NetMoved {
     std::function<glm::vec3(glm::ivec3 cell, uint32_t n)> known;
 };
 // Positions have the bits of surface_nets() of the larger volume where the part holds what they
-// follow from: the samples of cells as far as smoothing reaches, 2 cells a pass, from `moved`.
+// follow from: the samples of cells as far as smoothing reaches, a cell a step, from `moved`.
 NetPart surface_nets_part(const Volume& part, glm::ivec3 first, const NetMoved& moved,
                           const SurfaceNetsOptions& options);
 

@@ -43,7 +43,7 @@ GpuNets::GpuNets(NetPipelines& pipelines, const Volume& labels, const SurfaceNet
 Result<GpuNets> GpuNets::make(NetPipelines& pipelines, const Volume& labels,
                               const SurfaceNetsOptions& options) {
     PALPATE_ASSERT(labels.type() == ScalarType::u8 || labels.type() == ScalarType::u16);
-    PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5);
+    PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5 && options.rounds == 0);
     PALPATE_TRY(SampleImage::fits(pipelines.device(), labels));
     GpuNets nets(pipelines, labels, options);
     PALPATE_TRY(nets.make_all());

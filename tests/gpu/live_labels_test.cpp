@@ -70,7 +70,7 @@ SceneData live_data(Volume labels) {
 SceneData mesh_data(const SceneData& live) {
     const BlockNetsOptions options;
     Mesh mesh =
-        surface_nets(*live.labels, {.passes = options.passes, .bound = options.bound, .stop = {}});
+        surface_nets(*live.labels, {.rounds = options.rounds, .bound = options.bound, .stop = {}});
     mesh.normals = wall_normals(mesh, options.normal_rounds);
     SceneData data = live;
     data.meshes[0] = shared(std::move(mesh));
