@@ -6,6 +6,7 @@
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::view {
 
@@ -178,6 +179,7 @@ Subject subject_of(const OpenedScene& opened, const Session& session, const Note
     move_crosshair(home, subject.grid,
                    session.kept().crosshair_mm.value_or(center_mm(subject.grid)));
     home.camera = session.scene().camera;
+    home.change_label_mm = std::max(home.change_label_mm, largest_spacing_mm(subject.grid));
     home.stereo = stereo_view_of(opened.scene, home.camera);
     if (!opened.scene.slices.empty()) {
         home.slab_mm = opened.scene.slices.front().slab_mm;

@@ -15,6 +15,8 @@ namespace palpate::view {
 
 namespace {
 
+constexpr glm::dvec3 kOutsideColor{1.0, 0.3, 0.1}; // red: the first labels have other colours
+
 // The seeds as a method takes them: each is its label, and what is no object is kSeedOf255.
 Result<Volume> seeds_by_label(const Volume& seeds) {
     if (!(seeds.range().max >= kOutsideSeed))
@@ -31,8 +33,9 @@ std::vector<LabelStyle> seed_styles(const std::optional<LabelLayer>& labels) {
     std::vector<LabelStyle> styles = labels ? labels->styles : std::vector<LabelStyle>();
     for (LabelStyle& style : styles)
         style.visible = true;
-    if (styles.size() > kOutsideSeed)
-        styles[kOutsideSeed] = style_of(LabelLayer{}, kOutsideSeed);
+    for (auto label = static_cast<uint32_t>(styles.size()); label <= kOutsideSeed; ++label)
+        styles.push_back(style_of(LabelLayer{}, label));
+    styles[kOutsideSeed] = {.color = kOutsideColor};
     return styles;
 }
 

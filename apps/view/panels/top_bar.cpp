@@ -84,6 +84,8 @@ float draw_name(Widgets& ui, const BarRow& row, float left, float most, ViewStat
 void draw_tasks(Widgets& ui, const BarRow& row, float left, float pad, bool is_list,
                 ViewState& state) {
     const auto take = [&](WindowTask task) {
+        if (state.task == WindowTask::drill && task != WindowTask::drill)
+            state.hand_put_down = state.stylus.by_pointer;
         state.tools_open = state.tools_open || state.task != task;
         state.task = task;
     };

@@ -111,7 +111,10 @@ void point_hand(ViewState& state, const Subject& subject) {
 }
 
 void begin_hand(ViewState& state, const Subject& subject) {
-    state.touch_open = state.tools_open; // else a view fills the screen
+    if (!state.tools_open) // a view fills the screen
+        state.touch_open = false;
+    else if (state.task != WindowTask::drill) // which has the rows of touch itself
+        state.touch_open = true;
     const Camera& camera = state.camera;
     const glm::dvec3 arm = camera.eye_mm - camera.target_mm;
     const double reach_mm = 0.55 * glm::length(glm::dmat3(subject.grid.world_from_index) *

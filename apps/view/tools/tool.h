@@ -81,8 +81,8 @@ std::span<const Tool* const> tools();
 
 std::string key_of(const Tool& tool); // "B", for help
 
-// Gives the mouse a tool, and a hand's first button its action. A tool without one is for the mouse
-// alone: a hand that the mouse moves is put down for it.
+// Gives the mouse a tool, and a hand's first button its action. A tool that has none is for the
+// mouse alone: a hand that the mouse moves is put down for it.
 void choose_tool(ViewState& state, const Tool& tool);
 // The left button of the mouse does what this tool does.
 bool is_in_hand(const ViewState& state, const Tool& tool);

@@ -25,8 +25,8 @@ void choose_tool(ViewState& state, const Tool& tool) {
     state.tool = &tool;
     if (tool.first_button)
         state.stylus.first = *tool.first_button;
-    else if (state.stylus.by_pointer)
-        state.hand_put_down = true;
+    state.hand_put_down = state.stylus.by_pointer &&
+                          tool.first_button.value_or(Carve::nothing) == Carve::nothing;
 }
 
 bool is_in_hand(const ViewState& state, const Tool& tool) {
