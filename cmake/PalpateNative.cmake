@@ -31,6 +31,10 @@ set(native_name_sse2 kSse2)
 set(native_name_avx2 kAvx2)
 set(native_name_avx512 kAvx512)
 
+# Kernels that run two vectors of lanes at a time: alpha and MIP of a volume alone are faster so, for
+# three times the compiler's time (docs/decisions/20-shaders-as-kernels.md).
+set(native_doubled ray_cast_12)
+
 file(GLOB translator_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/native/*.cpp)
 add_executable(translate_spirv ${translator_sources})
 target_compile_features(translate_spirv PRIVATE cxx_std_20)
@@ -97,6 +101,10 @@ function(palpate_native_kernels target source id macros folded)
                         -I${PROJECT_SOURCE_DIR} ${options} --depfile ${spv}.d -o ${spv} ${source}
                 DEPENDS ${source} DEPFILE ${spv}.d COMMENT "SPIR-V ${name}, folded" VERBATIM)
         endif()
+        set(vectors 1)
+        if(name IN_LIST native_doubled)
+            set(vectors 2)
+        endif()
         add_custom_command(
             OUTPUT ${folder}/${name}_native.cpp
             COMMAND ${SPIRV_OPT} -O --merge-return --inline-entry-points-exhaustive
@@ -104,7 +112,7 @@ function(palpate_native_kernels target source id macros folded)
                     --eliminate-dead-branches --merge-blocks --cfg-cleanup
                     --eliminate-dead-code-aggressive ${spv} -o ${folder}/${name}_native.spv
             COMMAND translate_spirv ${folder}/${name}_native.spv ${folder}/${name}_native.cpp
-                    ${served_${variant}}
+                    ${vectors} ${served_${variant}}
             DEPENDS ${spv} ${modules_${variant}} translate_spirv COMMENT "Translating ${name}"
             VERBATIM)
         foreach(level ${native_levels})

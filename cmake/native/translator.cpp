@@ -4,8 +4,8 @@
 
 namespace translator {
 
-Translator::Translator(const Module& module, std::vector<Served> served)
-    : module_(module), served_(std::move(served)) {}
+Translator::Translator(const Module& module, std::vector<Served> served, uint32_t vectors)
+    : module_(module), served_(std::move(served)), vectors_(vectors) {}
 
 // Arrays of each lane's own, and tables of constants.
 void Translator::own_arrays() {
@@ -42,7 +42,7 @@ std::string Translator::run() {
     for (int pass = 0;; ++pass) {
         if (pass == 100)
             fail("what differs between lanes is not settled after {} passes", pass);
-        Translator again(module_, served_);
+        Translator again(module_, served_, vectors_);
         again.facts_ = again.next_ = next_;
         again.next_.used.clear();
         again.first_pass_ = pass == 0;
@@ -98,8 +98,14 @@ std::string Translator::file() const {
     }
     if (module_.has_barrier && total % 16 != 0)
         fail("a group of {} invocations with barriers, expected a multiple of 16", total);
+    std::string lanes = fmt::format("#define PALPATE_LANES {}\n", module_.has_barrier ? total : 0);
+    if (!module_.has_barrier && vectors_ > 1)
+        lanes = fmt::format(
+            "#if defined(__AVX512F__)\n#define PALPATE_LANES {}\n#else\n"
+            "#define PALPATE_LANES {}\n#endif\n",
+            16 * vectors_, 8 * vectors_);
     std::string out = fmt::format(
-        "// Made from {} by translate_spirv.\n#define PALPATE_LANES {}\n"
+        "// Made from {} by translate_spirv.\n{}"
         "#include \"engine/native/lanes.h\"\n{}namespace palpate::native {{\nnamespace {{\n"
         "void run(const Launch& launch, uint64_t first, uint64_t count) {{\n{}"
         "for (uint64_t number = first; number < first + count; ++number) {{\n"
@@ -110,7 +116,7 @@ std::string Translator::file() const {
         "static_cast<uint32_t>(rows % launch.groups[1]);\n"
         "const uint32_t group2 = launch.first_group[2] + "
         "static_cast<uint32_t>(rows / launch.groups[1]);\n",
-        served_.front().name, module_.has_barrier ? total : 0,
+        served_.front().name, lanes,
         module_.has_wide() ? "#include \"engine/native/lanes_wide.h\"\n" : "", setup_);
     out += fmt::format(
         "for (uint32_t base = 0; base < {}; base += kLanes) {{\n"

@@ -62,7 +62,7 @@ struct Target {
 // was found (Facts) no longer changes.
 class Translator {
  public:
-    Translator(const Module& module, std::vector<Served> served);
+    Translator(const Module& module, std::vector<Served> served, uint32_t vectors);
     std::string run();
 
  private:
@@ -150,6 +150,7 @@ class Translator {
 
     const Module& module_;
     std::vector<Served> served_;
+    uint32_t vectors_;
     Facts facts_, next_;
     bool first_pass_ = true;
 
