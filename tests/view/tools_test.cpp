@@ -23,17 +23,23 @@ TEST(Tools, HaveNamesAndKeysOfTheirOwn) {
     }
 }
 
-// Buttons of a group stand side by side, each with an icon of its own that the window has.
+// Buttons of a group stand side by side, each with an icon of its own that the window has, or with
+// letters of its own.
 TEST(Tools, HaveIconsInGroups) {
     std::set<Icon> icons;
+    std::set<std::string> letters;
     std::vector<ToolGroup> groups;
     for (const Tool* tool : tools()) {
         if (!tool->title)
             continue;
+        groups.push_back(tool->group);
+        if (tool->icon == Icon::none) {
+            EXPECT_TRUE(letters.insert(std::string(tool->title).substr(0, 2)).second) << tool->name;
+            continue;
+        }
         EXPECT_TRUE(icons.insert(tool->icon).second) << tool->name;
         EXPECT_NE(std::find(std::begin(kIcons), std::end(kIcons), tool->icon), std::end(kIcons))
             << tool->name;
-        groups.push_back(tool->group);
     }
     EXPECT_TRUE(std::is_sorted(groups.begin(), groups.end()));
 }

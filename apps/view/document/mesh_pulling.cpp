@@ -1,8 +1,11 @@
 #include "apps/view/document/mesh_pulling.h"
 
 #include <atomic>
+#include <functional>
 #include <future>
 
+#include "apps/view/tools/click_tools.h"
+#include "apps/view/tools/scissors_tool.h"
 #include "engine/base/failure.h"
 #include "engine/edit/spared.h"
 #include "engine/program/surface_labels.h"
@@ -17,14 +20,15 @@ struct MeshPulling::MeshRun {
     struct Done { // one of the two
         std::optional<SimplexMesh> mesh;
         std::optional<Volume> labels{}; // as they become
-        // The labels' step in the list of edits, and what a person is told after the label's new
-        // volume.
+        // The labels' step in the list of edits, and what a person is told after
+        // the label's new volume.
         const char *step = "", *told = "";
-        const char* unchanged = nullptr;      // else, where no sample changes; null: the same words
-        bool is_of_mesh = false;              // that is pulled, and then is done with
-        uint16_t met_locked = 0;              // Spared::met; start() finds it
-        uint64_t count_before = 0, count = 0; // of the label's samples; start() counts
-        bool is_unchanged = false;            // start() looks
+        const char* unchanged = nullptr; // else, where no sample changes; null: the same words
+        bool is_of_mesh = false;         // that is pulled, and then is done with
+        uint16_t met_locked = 0;         // Spared::met; start() finds it
+        uint64_t count_before = 0,
+                 count = 0;        // of the label's samples; start() counts
+        bool is_unchanged = false; // start() looks
     };
     ~MeshRun() { stop.request_stop(); }
     Task task() {
@@ -136,21 +140,48 @@ void MeshPulling::poll() {
     }
 }
 
+namespace {
+
+using ChangeOfLabel =
+    std::function<Result<Volume>(const Volume&, const LabelChangeInput&, const Task&)>;
+
+// A change by what a person has drawn or clicked is one of its state.
+ChangeOfLabel change_of(const LabelChange& change, const ViewState& state, const Volume& grey) {
+    if (&change == &kEraseByScissors || &change == &kFillByScissors)
+        return [cut = state.own.of<Cutting>().cut](const Volume& labels, const LabelChangeInput& in,
+                                                   const Task& task) {
+            return cut_labels(labels, cut, in.locked, task);
+        };
+    if (&change == &kLocalChange || &change == &kTraceChange)
+        return [grey, click = state.own.of<Clicking>().clicked](
+                   const Volume& labels, const LabelChangeInput& in,
+                   const Task& task) -> Result<Volume> {
+            PALPATE_TRY(const ClickRegion region, region_of(grey, click, task.part(0.0, 0.2)));
+            PALPATE_TRY(const Volume found,
+                        volume_of(region, labels.grid(), in.label, task.part(0.2, 0.5)));
+            return with_labels(labels, found, {}, task.part(0.5, 1.0));
+        };
+    return change.change;
+}
+
+} // namespace
+
 void MeshPulling::change(const ViewState& state, const LabelChange& change) {
     if (run_)
-        return;
+        return document_.tell("another change of the labels is under way");
     if (is_locked(state, state.label))
         return document_.tell(fmt::format("label {} is locked", state.label));
-    start(state.label,
-          [&change, by_mm = state.change_label_mm,
-           at_mm = state.crosshair_mm](MeshRun& run) -> Result<MeshRun::Done> {
-              LabelChangeInput in{run.label, by_mm, run.locked};
-              if (const auto at = sample_at(run.before.grid(), at_mm))
-                  in.at = *at;
-              PALPATE_TRY(Volume labels, change.change(run.before, in, run.task()));
-              return MeshRun::Done{
-                  {}, std::move(labels), change.title, change.told, change.unchanged};
-          });
+    start(
+        state.label,
+        [&change, make = change_of(change, state, document_.grey()), by_mm = state.change_label_mm,
+         at_mm = state.crosshair_mm](MeshRun& run) -> Result<MeshRun::Done> {
+            LabelChangeInput in{run.label, by_mm, run.locked};
+            if (const auto at = sample_at(run.before.grid(), at_mm))
+                in.at = *at;
+            PALPATE_TRY(Volume labels, make(run.before, in, run.task()));
+            return MeshRun::Done{
+                {}, std::move(labels), change.title, change.told, change.unchanged};
+        });
 }
 
 } // namespace palpate::view

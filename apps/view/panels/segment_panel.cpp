@@ -9,14 +9,17 @@
 #include "apps/view/document/stroke_edit.h"
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
+#include "apps/view/tools/click_tools.h"
 #include "apps/view/tools/mesh_tool.h"
+#include "apps/view/tools/scissors_tool.h"
 #include "apps/view/tools/wire_tool.h"
 
 namespace palpate::view {
 
 namespace {
 
-// The value that the last run found; for a threshold, the bound that a person has given its result.
+// The value that the last run found; for a threshold, the bound that a person
+// has given its result.
 std::optional<double> value_found(const MethodParameter& parameter, const SegmentMethod& method,
                                   const Work& work) {
     const auto& strength = work.segmentation().strength();
@@ -45,7 +48,8 @@ double first_value(const MethodParameter& parameter, std::optional<double> found
     return std::clamp(value, parameter.least, parameter.most);
 }
 
-// One line a parameter: a box that says whether a person gives it, and its value.
+// One line a parameter: a box that says whether a person gives it, and its
+// value.
 void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMethod& method) {
     ParameterValues& given = state.segmenting.given[method.name];
     for (const MethodParameter& parameter : method.parameters) {
@@ -88,8 +92,9 @@ void draw_parameters(Widgets& ui, ViewState& state, Work& work, const SegmentMet
     }
 }
 
-// The bound of what the last method left behind: seen while it is dragged, and taken when it is let
-// go. Times lie octaves apart, so that the slider moves over their logarithm.
+// The bound of what the last method left behind: seen while it is dragged, and
+// taken when it is let go. Times lie octaves apart, so that the slider moves
+// over their logarithm.
 void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) {
     const auto& strength = work.segmentation().strength();
     Segmenting& segmenting = state.segmenting;
@@ -113,7 +118,8 @@ void draw_strength(Widgets& ui, bool& bound_held, ViewState& state, Work& work) 
     const bool is_let_go = ImGui::IsItemDeactivatedAfterEdit();
     if (strength->is_unbounded) // below the slider, which stays where it is
         hint(
-            "the front met no boundary: drag `bound` to where the yellow is the object, and let "
+            "the front met no boundary: drag `bound` to where the yellow is the "
+            "object, and let "
             "it go");
     if (!is_let_go || !segmenting.preview)
         return;
@@ -203,8 +209,9 @@ void draw_segment_foot(Widgets& ui, ViewState& state, Work& work) {
                                                                state.segmenting.method);
     ImGui::TextDisabled("%s", fitted(how, ImGui::GetContentRegionAvail().x).c_str());
     if (expected_s >= kSlow_s && ImGui::IsItemHovered())
-        ImGui::SetTooltip(
-            "%s", "on all samples that it works on; `in the crop box only` makes it faster");
+        ImGui::SetTooltip("%s",
+                          "on all samples that it works on; `in the crop box "
+                          "only` makes it faster");
     ui.note("segment/how");
 }
 
@@ -227,7 +234,8 @@ void draw_seeds_section(Widgets& ui, ViewState& state) {
     ui.button("clear seeds", "segment/clear", order::ClearSeeds{});
 }
 
-// The mesh of a label, whose faces are pulled, and which becomes the label again.
+// The mesh of a label, whose faces are pulled, and which becomes the label
+// again.
 void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
     if (const auto share = work.mesh_pulling().share()) {
         ui.progress("mesh/share", *share, "", "cancel");
@@ -256,11 +264,44 @@ void draw_mesh_section(Widgets& ui, ViewState& state, Work& work) {
     hint("drag it in 3D or where a slice cuts it");
 }
 
+static void draw_scissors_settings(Widgets& ui, Cutting& cutting) {
+    using Action = std::pair<const char*, ScissorsAction>;
+    using Depth = std::pair<const char*, CutDepth>;
+    choose(ui, "scissors/action", "action", cutting.action,
+           {Action("erase inside", ScissorsAction::erase_inside),
+            Action("erase outside", ScissorsAction::erase_outside),
+            Action("fill inside", ScissorsAction::fill_inside)});
+    choose(ui, "scissors/depth", "depth", cutting.depth,
+           {Depth("all", CutDepth::all), Depth("slab", CutDepth::slab),
+            Depth("seen first", CutDepth::seen_first)});
+    if (cutting.depth == CutDepth::slab) {
+        slide("slab", cutting.slab_mm, 0.1, 500.0, "%.3g mm", true);
+        ui.note("scissors/slab");
+    }
+    ui.check("all labels", "scissors/all", cutting.all_labels);
+}
+
 void draw_wire_section(Widgets& ui, ViewState& state) {
-    if (ImGui::RadioButton("contour along edges", state.tool == &kWireTool))
-        choose_tool(state, kWireTool);
-    ui.note("segment/wire");
-    hint("click in a slice: freeze; Enter or double click: fill with the label");
+    const auto tool = [&](const char* title, const char* id, const Tool& one) {
+        if (ImGui::RadioButton(title, state.tool == &one))
+            choose_tool(state, one);
+        ui.note(id);
+    };
+    tool("scissors", "segment/scissors", kScissorsTool);
+    if (state.tool == &kScissorsTool)
+        draw_scissors_settings(ui, state.own.of<Cutting>());
+    tool("what is alike", "segment/local", kLocalThresholdTool);
+    if (state.tool == &kLocalThresholdTool) {
+        Clicking& clicking = state.own.of<Clicking>();
+        slide("reach", clicking.reach_mm, 1.0, 200.0, "%.3g mm", true);
+        ui.note("click/reach");
+        slide("range", clicking.times, 0.1, 100.0, "%.2g sd", true);
+        ui.note("click/times");
+    }
+    tool("level tracing", "segment/trace", kLevelTraceTool);
+    tool("contour along edges", "segment/wire", kWireTool);
+    if (state.tool == &kWireTool)
+        hint("click in a slice: freeze; Enter or double click: fill with the label");
 }
 
 } // namespace palpate::view

@@ -2,18 +2,20 @@
 
 #include <cctype>
 
+#include "apps/view/tools/click_tools.h"
 #include "apps/view/tools/measure_tool.h"
 #include "apps/view/tools/mesh_tool.h"
 #include "apps/view/tools/pick_tool.h"
+#include "apps/view/tools/scissors_tool.h"
 #include "apps/view/tools/tool.h"
 #include "apps/view/tools/wire_tool.h"
 
 namespace palpate::view {
 
 std::span<const Tool* const> tools() {
-    static constexpr const Tool* all[] = {&kCrosshairTool, &kPickTool, &kDrawTool,
-                                          &kEraseTool,     &kWireTool, &kSeedTool,
-                                          &kCutTool,       &kPullTool, &kMeasureTool};
+    static constexpr const Tool* all[] = {
+        &kCrosshairTool,  &kPickTool, &kDrawTool, &kEraseTool, &kScissorsTool, &kLocalThresholdTool,
+        &kLevelTraceTool, &kWireTool, &kSeedTool, &kCutTool,   &kPullTool,     &kMeasureTool};
     return all;
 }
 

@@ -22,7 +22,7 @@ constexpr SectionEntry kSections[] = {
     {Section::seeds, "seeds", "Seeds", WindowTask::segment, true},
     {Section::method, "method", "Method", WindowTask::segment, true},
     {Section::mesh, "mesh", "Mesh to pull", WindowTask::segment, false},
-    {Section::wire, "wire", "Live-wire", WindowTask::segment, false},
+    {Section::wire, "wire", "Scissors and contours", WindowTask::segment, false},
     {Section::measures, "measures", "Measures", WindowTask::measure, true},
     {Section::hand, "hand", "Hand", WindowTask::drill, true},
     {Section::burr, "burr", "Burr and buttons", WindowTask::drill, true},
