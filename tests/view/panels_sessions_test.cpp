@@ -418,6 +418,18 @@ class IsoPanel : public TransferPanel {
     }
 };
 
+// A mesh for print is of skin or bone by name, also where 3D shows neither.
+TEST_F(IsoPanel, SkinAndBoneOfACtCanBePrinted) {
+    ASSERT_FALSE(is_listed(state().iso.list, -300.0));
+    show("print");
+    click_widget("export/of");
+    frame({});
+    EXPECT_FALSE(viewer().interface().widgets().contains("export/of/2"));
+    click_widget("export/of/1"); // after what the hand feels: bone
+    EXPECT_EQ(state().exporting.made.iso, -300.0);
+    EXPECT_FALSE(state().exporting.of_label);
+}
+
 TEST_F(IsoPanel, SkinAndBoneAreOneClickAndARowEach) {
     show("volume");
     click_widget("iso/skin_and_bone");

@@ -16,7 +16,8 @@ namespace palpate::view {
 
 namespace {
 
-// The iso-surfaces that the list has, else the value that the hand feels; and the label.
+// The iso-surfaces that the list has, else the value that the hand feels; the label; and skin and
+// bone of a CT, where the list does not have them.
 std::vector<std::pair<std::string, std::optional<double>>> sources(const ViewState& state,
                                                                    Work& work) {
     std::vector<std::pair<std::string, std::optional<double>>> all;
@@ -33,6 +34,13 @@ std::vector<std::pair<std::string, std::optional<double>>> sources(const ViewSta
     }
     if (work.has_labels())
         all.emplace_back("label " + numbered_name(state.notes, state.label), std::nullopt);
+    const auto add = [&](const char* name, std::optional<double> value) {
+        const auto is_same = [&](const auto& one) { return one.second == value; };
+        if (value && std::none_of(all.begin(), all.end(), is_same))
+            all.emplace_back(fmt::format("{}, {:.5g} {}", name, *value, work.unit()), value);
+    };
+    add("skin", skin_value(work.loaded()));
+    add("bone", bone_value(work.loaded()));
     return all;
 }
 
