@@ -2,6 +2,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/edit_replay.h"
+#include "apps/palpate/mask_options.h"
 #include "engine/base/file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -28,6 +29,7 @@ struct EditOptions {
     uint32_t undo = 0;
     bool recover = false, discard = false;
     std::optional<double> iso;
+    MaskOptions mask;
 };
 
 // From which value on samples are material: 1 of labels, else as `palpate touch` takes it.
@@ -56,7 +58,12 @@ Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
     if (!options.strokes.empty()) {
         PALPATE_TRY(const std::string text, load_text(options.strokes, uint64_t{1} << 30));
         PALPATE_TRY(std::vector<Stroke> strokes, parse_strokes(text, options.strokes));
+        PALPATE_TRY(const EditMask mask, mask_of(options.mask));
         for (Stroke& stroke : strokes) {
+            Result<Operation> masked = within_mask(std::move(stroke.operation), mask);
+            if (!masked)
+                return fail("{}: {}", options.strokes, masked.error().message);
+            stroke.operation = std::move(*masked);
             const bool guided = stroke.operation.needs_guide();
             entries.push_back({JournalEntry::Kind::stroke,
                                std::move(stroke),
@@ -187,10 +194,11 @@ Result<Input> load_input(const EditOptions& options, const std::vector<JournalEn
 
 // Strokes for a first edit of V, instead of an edit.
 Result<void> write_starter(const EditOptions& options, const CLI::App& app) {
-    const IdleOptions idle[] = {{true,
-                                 {"--guide", "--undo", "--history-memory", "--history-folder",
-                                  "--report", "-o", "--recover", "--discard"},
-                                 "with --write-strokes"}};
+    const IdleOptions idle[] = {
+        {true,
+         {"--guide", "--inside", "--outside", "--only-values", "--over", "--undo",
+          "--history-memory", "--history-folder", "--report", "-o", "--recover", "--discard"},
+         "with --write-strokes"}};
     warn_of_idle(app, idle);
     const Interrupt interrupt;
     PALPATE_TRY(const LoadedVolume loaded, load(options.read, false, interrupt));
@@ -315,8 +323,10 @@ Command add_edit(CLI::App& app) {
         ->type_name("FILE")
         ->excludes(strokes);
     app.add_option("--guide", options->guide,
-                   "Grey values for only_values of strokes on labels; of V's size (default: none)")
+                   "Grey values for only_values of strokes on labels, or labels for `spared`, "
+                   "`inside` and `outside` of strokes on grey values; of V's size (default: none)")
         ->type_name("VOLUME");
+    add_mask_options(app, options->mask);
     app.add_option("--undo", options->undo, "Take back the last N strokes at the end (default: 0)")
         ->type_name("N");
     app.add_option("--history-memory", options->history_memory_mib,

@@ -35,7 +35,7 @@ namespace palpate {
 
 namespace {
 
-enum class Walls { shared, separate };
+enum class LabelWalls { shared, separate };
 enum class Smoothing { none, bounded, mean, taubin, sinc };
 
 struct SurfaceCommand {
@@ -48,7 +48,7 @@ struct SurfaceCommand {
     bool labels = false, closed = false, ascii = false;
     SurfaceTopology topology = SurfaceTopology::classic;
     SurfaceNormals normals = SurfaceNormals::gradient;
-    Walls walls = Walls::shared;
+    LabelWalls walls = LabelWalls::shared;
     Smoothing smoothing = Smoothing::none;
     uint32_t passes = 10;
     double decimate_mm = 0.0;
@@ -64,7 +64,8 @@ const std::map<std::string, SurfaceTopology> kTopologies{{"classic", SurfaceTopo
 const std::map<std::string, SurfaceNormals> kNormals{{"none", SurfaceNormals::none},
                                                      {"gradient", SurfaceNormals::gradient},
                                                      {"triangles", SurfaceNormals::triangles}};
-const std::map<std::string, Walls> kWalls{{"shared", Walls::shared}, {"separate", Walls::separate}};
+const std::map<std::string, LabelWalls> kWalls{{"shared", LabelWalls::shared},
+                                               {"separate", LabelWalls::separate}};
 const std::map<std::string, Smoothing> kSmoothings{{"none", Smoothing::none},
                                                    {"bounded", Smoothing::bounded},
                                                    {"mean", Smoothing::mean},
@@ -149,7 +150,7 @@ Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
     if (options.labels && std::max({size.x, size.y, size.z}) >= 65535)
         return fail("{}: expected fewer than 65535 samples along each axis, found {} x {} x {}",
                     options.read.path, size.x, size.y, size.z);
-    if (options.labels && options.walls == Walls::shared) {
+    if (options.labels && options.walls == LabelWalls::shared) {
         const bool is_bounded = options.smoothing == Smoothing::bounded;
         const SurfaceNetsOptions nets{.passes = is_bounded ? options.passes : 0,
                                       .stop = interrupt.token()};
@@ -297,10 +298,10 @@ void tell_open_edges(const SurfaceCommand& options, const Mesh& mesh) {
 
 // Checks the options whatever the volume.
 Result<void> check_together(const SurfaceCommand& o) {
-    if (o.smoothing == Smoothing::bounded && !(o.labels && o.walls == Walls::shared))
+    if (o.smoothing == Smoothing::bounded && !(o.labels && o.walls == LabelWalls::shared))
         return fail("--smooth bounded: expected --labels with shared walls, found {}",
                     o.labels ? "--walls separate" : "--iso");
-    if (o.labels && o.on == ExtractOn::gpu && o.walls != Walls::shared)
+    if (o.labels && o.on == ExtractOn::gpu && o.walls != LabelWalls::shared)
         return fail("--on gpu: expected shared walls, found --walls separate");
     return {};
 }
@@ -376,7 +377,7 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
             report = json_of(topology(mesh));
             if (options.labels) {
                 const bool bounded = options.smoothing == Smoothing::bounded;
-                const bool exact = options.walls == Walls::shared && !options.is_decimated() &&
+                const bool exact = options.walls == LabelWalls::shared && !options.is_decimated() &&
                                    (bounded || options.smoothing == Smoothing::none);
                 extra["labels"] = label_entries(
                     mesh, loaded->volume,

@@ -73,9 +73,9 @@ bool Editor::use(EditSetup setup, uint8_t tool) {
 }
 
 bool Editor::put(NamedVolume volume, std::string title, Json parameters, NotePages::Texts notes,
-                 std::vector<uint16_t> spared) {
+                 EditLimits limits) {
     return command(Put{std::move(volume), std::move(title), std::move(parameters), std::move(notes),
-                       std::move(spared)});
+                       std::move(limits)});
 }
 
 bool Editor::note(NotePages::Texts pages, std::string title, bool is_step, bool joins) {
@@ -411,12 +411,16 @@ void Editor::obey(Put put) {
         return publish();
     }
     const Volume* before = now_.find(put.volume.name);
-    if (before && !put.spared.empty() && before->grid() == put.volume.volume.grid()) {
-        Spared kept = sparing(*before, put.volume.volume, put.spared);
+    if (before && !put.limits.are_none() && before->grid() == put.volume.volume.grid()) {
+        Spared kept = sparing(*before, put.volume.volume, put.limits);
         note_spared(kept.met);
-        if (kept.met != 0 && changed_bricks(*before, kept.labels).empty()) {
+        if (kept.met != 0 && !kept.met_mask && changed_bricks(*before, kept.labels).empty()) {
             refuse(fmt::format("{}: nothing is changed but label {}, which is locked", put.title,
                                kept.met));
+            return publish();
+        }
+        if (kept.met_mask && changed_bricks(*before, kept.labels).empty()) {
+            refuse(fmt::format("{}: the mask leaves nothing of it to change", put.title));
             return publish();
         }
         put.volume.volume = std::move(kept.labels);

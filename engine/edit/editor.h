@@ -20,6 +20,7 @@
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
 #include "engine/edit/replay.h"
+#include "engine/edit/spared.h"
 #include "engine/edit/stroke_run.h"
 
 namespace palpate {
@@ -146,11 +147,10 @@ class Editor {
     bool redo() { return command(Redo{}); }
     // A volume comes, or takes the place of the one of its name: a filter's result, say. It is a
     // step like a stroke. `title` and `parameters` (an object) are for people.
-    // `notes` are changed by the same step. In a label map that takes the place of another one,
-    // labels of `spared` (rising) stay as sparing() says; where that leaves no change, it is
-    // refused.
+    // `notes` are changed by the same step. A label map that takes the place of another one keeps
+    // within the limits as sparing() says; where that leaves no change, it is refused.
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object(),
-             NotePages::Texts notes = {}, std::vector<uint16_t> spared = {});
+             NotePages::Texts notes = {}, EditLimits limits = {});
     // Pages of the notes change (NotePages::with()): a step, or, without one, a change that is kept
     // and that undo passes over. Nothing happens where the notes stay what they are. A step that
     // joins takes the place of the one just before it, if that was noted so, too, under one title.
@@ -192,7 +192,7 @@ class Editor {
         std::string title;
         Json parameters;
         NotePages::Texts notes;
-        std::vector<uint16_t> spared;
+        EditLimits limits;
     };
     struct Note {
         NotePages::Texts pages;

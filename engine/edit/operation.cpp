@@ -25,6 +25,11 @@ Result<void> check_values(const Operation& op) {
             return fail("{}: expected spared labels from 1 on that rise, found {}{}", name,
                         op.spared[i],
                         i > 0 ? fmt::format(" after {}", op.spared[i - 1]) : std::string());
+    const std::vector<uint16_t>& of = op.area.labels;
+    for (size_t i = 0; i < of.size(); ++i)
+        if (of[i] == 0 || (i > 0 && of[i - 1] >= of[i]))
+            return fail("{}: expected an area of labels from 1 on that rise, found {}", name,
+                        of[i]);
     if (op.names_label() && op.spares(op.label))
         return fail("{}: label {} is locked", name, op.label);
     using enum OperationKind;
@@ -35,6 +40,10 @@ Result<void> check_values(const Operation& op) {
     if (op.only_values && !(op.only_values->first <= op.only_values->second))
         return fail("{}: expected only_values that rise, found {} to {}", name,
                     op.only_values->first, op.only_values->second);
+    if (op.alike && !op.on_labels())
+        return fail("{}: expected alike on labels alone", name);
+    if (op.alike && !(*op.alike >= 0.0 && *op.alike <= 100.0))
+        return fail("{}: expected alike of 0 to 100 deviations, found {}", name, *op.alike);
     if (op.kind == OperationKind::smooth && !(op.radius_mm >= 0.0))
         return fail("{}: expected a radius of at least 0 mm, found {}", name, op.radius_mm);
     if (op.kind == OperationKind::islands && !(op.smallest_mm3 >= 0.0))
@@ -72,6 +81,11 @@ bool Operation::is_over(uint32_t value) const {
     return !over || std::find(over->begin(), over->end(), value) != over->end();
 }
 
+bool Operation::overwrites() const {
+    using enum OperationKind;
+    return kind == draw || kind == dilate || kind == fill || kind == smooth;
+}
+
 bool Operation::spares(uint32_t label) const {
     return std::binary_search(spared.begin(), spared.end(), label);
 }
@@ -96,10 +110,13 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
         const bool on_labels = operation.on_labels();
         if (!guide)
             return fail("{}: {} needs a guide, a volume of {}", name,
-                        on_labels ? "only_values" : "spared", on_labels ? "grey values" : "labels");
+                        on_labels                  ? operation.only_values ? "only_values" : "alike"
+                        : operation.spared.empty() ? "its area"
+                                                   : "spared",
+                        on_labels ? "grey values" : "labels");
         if (!on_labels && guide->type() != ScalarType::u8 && guide->type() != ScalarType::u16)
-            return fail("{}: spared: expected labels stored as u8 or u16, found {}", name,
-                        name_of(guide->type()));
+            return fail("{}: {}: expected labels stored as u8 or u16, found {}", name,
+                        operation.spared.empty() ? "its area" : "spared", name_of(guide->type()));
         if (const Result<void> serves = check_guide(*guide, volume); !serves)
             return fail("{}: {}", name, serves.error().message);
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/edit/edit_mask.h"
 #include "engine/volume/volume.h"
 
 namespace palpate {
@@ -50,7 +51,13 @@ namespace palpate {
 // not a staircase of samples. A cut's sample moves by that share; a mill's to there and never
 // beyond, with the time weighted from 0 at the longest spacing outside to 1 at falloff_mm inside.
 // With `only_values` samples count as part of T only where a grey volume lies in this range, ends
-// included (threshold paint): a guide of the same size for labels, S' itself for grey values.
+// included (threshold paint): a guide of the same size for labels, S' itself for grey values. With
+// `area` they count only where S', of grey values the guide, has a label of the area.
+//
+// With `alike` (on labels) the tool keeps to edges: it is looked at where it goes down and then at
+// every move of at most the smallest spacing (dabs_between()), and of each look T has only the
+// samples that are connected to the one at the tool's origin and alike the values of the guide
+// around the place where it went down, within so many robust deviations (alike.h).
 //
 // `spared` are locked labels. No sample of one changes and no sample gets one; an operation on grey
 // values leaves out of T the samples where its guide, a label map of the same size, has one of
@@ -78,6 +85,8 @@ struct Operation {
     double radius_mm = 1.0;                    // of smooth
     double smallest_mm3 = 1.0;                 // of islands
     std::optional<std::pair<double, double>> only_values;
+    EditArea area;
+    std::optional<double> alike;    // 0 .. 100
     std::vector<uint16_t> spared;   // rising, from 1 on
     std::optional<double> to_value; // of cut and mill; within the range of the volume's type
     Walls walls = Walls::smooth;    // of cut and mill
@@ -96,9 +105,12 @@ struct Operation {
     bool is_over(uint32_t value) const; // in `over`
     bool spares(uint32_t label) const;
     bool names_label() const { return on_labels() && kind != OperationKind::erase; }
-    // Whether it reads another volume: grey values for only_values on labels, labels for spared
-    // ones on grey values.
-    bool needs_guide() const { return on_labels() ? only_values.has_value() : !spared.empty(); }
+    bool overwrites() const; // other labels become L, so that `over` confines it
+    // Whether it reads another volume: grey values for only_values and alike on labels, labels for
+    // spared ones and an area on grey values.
+    bool needs_guide() const {
+        return on_labels() ? only_values || alike : !spared.empty() || !area.is_everywhere();
+    }
     friend bool operator==(const Operation&, const Operation&) = default;
 };
 

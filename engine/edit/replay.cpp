@@ -36,6 +36,10 @@ std::string why_idle(const Stroke& stroke, const Volume& volume, uint64_t sample
         return fmt::format("its tool stays within {}, and the volume lies elsewhere, within {}",
                            text_of(way), text_of(world_box(volume.grid())));
     const Operation& operation = stroke.operation;
+    if (samples == 0 && !operation.area.is_everywhere())
+        return operation.only_values
+                   ? "no sample of its area with a value of only_values is in its tool"
+                   : "no sample of its area is in its tool";
     if (samples == 0 && operation.only_values)
         return "no sample with a value of only_values is in its tool";
     if (samples == 0)

@@ -91,30 +91,36 @@ Operation read_operation(const JsonValue& in) {
                                            {"mill", mill}});
     switch (op.kind) {
         case draw:
-            in.only_keys({"kind", "only_values", "spared", "label", "over"});
+            in.only_keys(
+                {"kind", "only_values", "inside", "outside", "spared", "alike", "label", "over"});
             break;
         case erase:
-            in.only_keys({"kind", "only_values", "spared", "over"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "alike", "over"});
             break;
         case erode:
-            in.only_keys({"kind", "only_values", "spared", "label", "neighbours"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "alike", "label",
+                          "neighbours"});
             break;
         case dilate:
         case fill:
-            in.only_keys({"kind", "only_values", "spared", "label", "over", "neighbours"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "alike", "label",
+                          "over", "neighbours"});
             break;
         case smooth:
-            in.only_keys({"kind", "only_values", "spared", "label", "over", "radius_mm"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "alike", "label",
+                          "over", "radius_mm"});
             break;
         case islands:
-            in.only_keys({"kind", "only_values", "spared", "label", "neighbours", "smallest_mm3"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "alike", "label",
+                          "neighbours", "smallest_mm3"});
             break;
         case cut:
-            in.only_keys({"kind", "only_values", "spared", "to_value", "walls", "surface_value"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "to_value", "walls",
+                          "surface_value"});
             break;
         case mill:
-            in.only_keys({"kind", "only_values", "spared", "to_value", "walls", "surface_value",
-                          "falloff_mm", "rate_per_s"});
+            in.only_keys({"kind", "only_values", "inside", "outside", "spared", "to_value", "walls",
+                          "surface_value", "falloff_mm", "rate_per_s"});
             break;
     }
     if (uint32_t label = 0; in.take("label", label, 1, 65535))
@@ -130,6 +136,9 @@ Operation read_operation(const JsonValue& in) {
             if (op.spared.size() > 1 && op.spared[op.spared.size() - 2] >= op.spared.back())
                 item.complain("expected labels that rise");
         }
+    op.area = read_area(in);
+    if (const auto alike = in.find("alike"))
+        op.alike = alike->number(0.0, 100.0);
     if (const auto n = in.find("neighbours")) {
         op.neighbours = static_cast<int>(n->whole_number(0, 100));
         if (op.neighbours != 6 && op.neighbours != 18 && op.neighbours != 26)
@@ -173,7 +182,7 @@ Json operation_json(const Operation& op) {
     };
     add(op.on_labels() && k != erase, "label", op.label);
     if (op.over)
-        add(k == draw || k == erase || k == dilate || k == fill || k == smooth, "over", *op.over);
+        add(op.overwrites() || k == erase, "over", *op.over);
     add(k == erode || k == dilate || k == fill || k == islands, "neighbours", op.neighbours);
     add(k == smooth, "radius_mm", op.radius_mm);
     add(k == islands, "smallest_mm3", op.smallest_mm3);
@@ -181,6 +190,11 @@ Json operation_json(const Operation& op) {
         add(true, "spared", op.spared);
     if (op.only_values)
         add(true, "only_values", Json{op.only_values->first, op.only_values->second});
+    if (op.alike)
+        add(op.on_labels(), "alike", *op.alike);
+    if (!op.area.is_everywhere())
+        add(true, op.area.kind == EditArea::Kind::inside ? "inside" : "outside",
+            area_labels_json(op.area));
     if (op.to_value)
         add(!op.on_labels(), "to_value", *op.to_value);
     add(!op.on_labels(), "walls", op.walls == Walls::smooth ? "smooth" : "samples");

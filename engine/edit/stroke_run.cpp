@@ -16,7 +16,7 @@ namespace palpate {
 
 namespace {
 
-constexpr size_t kBricksPerSlice = 16;
+constexpr size_t kBricksPerSlice = 16, kDabsPerSlice = 16;
 
 template <class T>
 bool has_data(T value) {
@@ -45,6 +45,22 @@ Bounds bounds_of(const SampleMask& mask) {
     bounds.low.x = columns ? __builtin_ctz(columns) : 0;
     bounds.high.x = columns ? 31 - __builtin_clz(columns) : -1;
     return bounds;
+}
+
+// Takes out of a mask the samples whose value does not serve.
+template <class Serves>
+void keep_where(SampleMask& mask, const Brick& samples, Serves&& serves) {
+    const Brick::Pinned pinned = samples.pin();
+    for (uint32_t z = 0; z < kBrickSide; ++z)
+        for (uint32_t y = 0; y < kBrickSide; ++y) {
+            uint32_t& row = mask.row(y, z);
+            uint32_t kept = 0;
+            for_each_bit(row, [&](uint32_t x) {
+                const double value = samples.value(pinned, offset_in_brick({x, y, z}));
+                kept |= uint32_t{serves(value)} << x;
+            });
+            row = kept;
+        }
 }
 
 struct Parts { // of a motion in `count` equal parts: first .. last, none if first > last
@@ -86,6 +102,7 @@ struct StrokeRun::Touched {
     uint64_t key = 0;
     glm::uvec3 position{0}; // in bricks
     SampleMask seen;
+    SampleMask held;            // of operations that keep to edges: not worked on yet
     SampleMask region;          // of operations by region: what of `seen` counts
     std::vector<double> dose;   // of mill: seconds
     std::vector<float> samples; // of smooth walls: the distance from T, in samples
@@ -114,6 +131,8 @@ StrokeRun::StrokeRun(Volume before, Tool tool, Operation operation, std::optiona
     if (operation_.on_labels() && operation_.over)
         for (const uint16_t label : *operation_.over)
             freedoms_[label] = Freedom::free;
+    if (!operation_.area.is_everywhere())
+        area_ = operation_.area.table();
     for (const uint16_t label : operation_.spared)
         if (freedoms_[label] == Freedom::free)
             freedoms_[label] = Freedom::spared;
@@ -131,7 +150,10 @@ void StrokeRun::add(std::span<const StrokePose> poses) {
             continue;
         }
         // The first pose is a sweep of its own, so that a dab needs no second one.
-        add_segment(last_ ? *last_ : pose, pose);
+        if (operation_.alike)
+            add_dabs(last_ ? *last_ : pose, pose);
+        else
+            add_segment(last_ ? *last_ : pose, pose);
         last_ = pose;
     }
 }
@@ -141,22 +163,53 @@ void StrokeRun::add_segment(const StrokePose& from, const StrokePose& to) {
         from, to,
         Sweep(tool_, before_.grid(), from, to, operation_.smooth_walls() ? kWallReach : 0.0)});
     const BrickRange range = bricks_of(segment->sweep, before_.grid());
-    const glm::uvec3 count = before_.brick_count();
     for (int z = range.low.z; z <= range.high.z; ++z)
         for (int y = range.low.y; y <= range.high.y; ++y)
             for (int x = range.low.x; x <= range.high.x; ++x) {
-                const glm::uvec3 at(x, y, z);
-                const uint64_t key = at.x + count.x * (at.y + uint64_t{count.y} * at.z);
-                std::unique_ptr<Touched>& brick = bricks_[key];
-                if (!brick) {
-                    brick = std::make_unique<Touched>();
-                    brick->key = key;
-                    brick->position = at;
-                }
-                if (brick->waiting.empty())
-                    waiting_.push_back(brick.get());
-                brick->waiting.push_back(segment);
+                Touched& brick = touched({x, y, z});
+                if (brick.waiting.empty())
+                    waiting_.push_back(&brick);
+                brick.waiting.push_back(segment);
             }
+}
+
+StrokeRun::Touched& StrokeRun::touched(glm::uvec3 at) {
+    const glm::uvec3 count = before_.brick_count();
+    const uint64_t key = at.x + count.x * (at.y + uint64_t{count.y} * at.z);
+    std::unique_ptr<Touched>& brick = bricks_[key];
+    if (!brick) {
+        brick = std::make_unique<Touched>();
+        brick->key = key;
+        brick->position = at;
+    }
+    return *brick;
+}
+
+void StrokeRun::add_dabs(const StrokePose& from, const StrokePose& to) {
+    if (!last_)
+        alike_ = alike_around(*guide_, from.tool.position_mm, *operation_.alike);
+    if (!alike_)
+        return;
+    for (const StrokePose& pose : dabs_between(tool_, guide_->grid(), from, to))
+        dabs_.push_back(pose);
+}
+
+// Looks at the tool at some poses; in which order they are found changes nothing.
+void StrokeRun::flood_dabs(const std::stop_token& stop) {
+    const size_t n = std::min(kDabsPerSlice, dabs_.size());
+    std::vector<std::vector<BrickSamplesHeld>> held(n);
+    tbb::parallel_for(size_t{0}, n, [&](size_t i) {
+        held[i] = alike_and_connected(*guide_, tool_, dabs_[i], *alike_, stop);
+    });
+    dabs_.erase(dabs_.begin(), dabs_.begin() + ptrdiff_t(n));
+    for (const std::vector<BrickSamplesHeld>& dab : held)
+        for (const BrickSamplesHeld& part : dab) {
+            Touched& brick = touched(part.brick);
+            if (brick.held.empty())
+                waiting_.push_back(&brick);
+            for (size_t i = 0; i < part.samples.rows.size(); ++i)
+                brick.held.rows[i] |= part.samples.rows[i];
+        }
 }
 
 bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& stop) {
@@ -164,7 +217,9 @@ bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& 
     PALPATE_ASSERT(!stopped_);
     if (operation_.names_label() && operation_.label > 255 && before_.type() == ScalarType::u8)
         before_ = now_ = as_u16_labels(given_); // here, where samples that cannot be read are told
-    while (!waiting_.empty()) {
+    while (!waiting_.empty() || !dabs_.empty()) {
+        if (waiting_.empty())
+            flood_dabs(stop);
         const size_t n = std::min(kBricksPerSlice, waiting_.size());
         const std::vector<Touched*> slice(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
         waiting_.erase(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
@@ -172,7 +227,7 @@ bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& 
         stopped_ = stop.stop_requested();
         if (stopped_)
             return false;
-        if (!waiting_.empty() && !go_on())
+        if ((!waiting_.empty() || !dabs_.empty()) && !go_on())
             return false;
     }
     if (!operation_.by_region() || !lifted_)
@@ -226,12 +281,16 @@ void StrokeRun::find_samples(Touched& brick, SampleMask& fresh, const std::stop_
         else
             add_samples(fresh, segment->sweep, before_.grid(), brick.position,
                         before_.valid_in_brick(brick.position), stop);
+    if (operation_.alike)
+        fresh = std::exchange(brick.held, {});
     SampleMask first_seen = fresh;
     first_seen.keep_new(brick.seen);
     if (!mill && !operation_.smooth_walls())
         fresh = first_seen;
-    keep_values(first_seen, brick.position);
-    keep_values(fresh, brick.position);
+    for (SampleMask* const mask : {&first_seen, &fresh}) {
+        keep_values(*mask, brick.position);
+        keep_area(*mask, brick.position);
+    }
     keep_unspared(brick, first_seen);
     keep_unspared(brick, fresh);
     brick.newly_seen = first_seen.count();
@@ -300,20 +359,16 @@ void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segme
 void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
     if (!operation_.only_values)
         return;
-    const Volume& values = operation_.on_labels() ? *guide_ : before_;
-    const Brick& samples = values.brick(brick);
-    const Brick::Pinned pinned = samples.pin();
     const auto [low, high] = *operation_.only_values;
-    for (uint32_t z = 0; z < kBrickSide; ++z)
-        for (uint32_t y = 0; y < kBrickSide; ++y) {
-            uint32_t& row = mask.row(y, z);
-            uint32_t kept = 0;
-            for_each_bit(row, [&, low = low, high = high](uint32_t x) {
-                const double value = samples.value(pinned, offset_in_brick({x, y, z}));
-                kept |= uint32_t{value >= low && value <= high} << x;
-            });
-            row = kept;
-        }
+    keep_where(mask, (operation_.on_labels() ? *guide_ : before_).brick(brick),
+               [&, low = low, high = high](double v) { return v >= low && v <= high; });
+}
+
+void StrokeRun::keep_area(SampleMask& mask, glm::uvec3 brick) const {
+    if (area_.empty() || mask.empty())
+        return;
+    keep_where(mask, (operation_.on_labels() ? before_ : *guide_).brick(brick),
+               [&](double label) { return area_[static_cast<uint16_t>(label)]; });
 }
 
 // Grey values alone: without the samples under spared labels.

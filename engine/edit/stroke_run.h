@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/edit/alike.h"
 #include "engine/edit/operation.h"
 #include "engine/edit/sample_mask.h"
 #include "engine/volume/edit.h"
@@ -63,6 +64,9 @@ class StrokeRun {
     enum class Freedom : uint8_t { none, spared, free }; // spared: free, were it not locked
     StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide);
     void add_segment(const StrokePose& from, const StrokePose& to);
+    void add_dabs(const StrokePose& from, const StrokePose& to);
+    void flood_dabs(const std::stop_token& stop); // the next of them
+    Touched& touched(glm::uvec3 brick);
     void work_on(std::span<Touched* const> bricks, const std::stop_token& stop);
     void find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const;
     void add_near(Touched& brick, SampleMask& fresh, const Sweep& sweep,
@@ -70,6 +74,7 @@ class StrokeRun {
     void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
                   const std::stop_token& stop) const;
     void keep_values(SampleMask& mask, glm::uvec3 brick) const;
+    void keep_area(SampleMask& mask, glm::uvec3 brick) const;
     void keep_unspared(Touched& brick, SampleMask& mask) const;
     double wall_value(const Touched& brick, double value, glm::ivec3 place) const;
     template <class T>
@@ -82,11 +87,14 @@ class StrokeRun {
     Operation operation_;
     std::optional<Volume> guide_;
     std::vector<Freedom> freedoms_; // by label
+    std::vector<bool> area_;        // by label; empty: everywhere
     std::optional<StrokePose> last_;
     bool lifted_ = false;
     bool stopped_ = false; // somewhere within a slice
     std::unordered_map<uint64_t, std::unique_ptr<Touched>> bricks_;
     std::deque<Touched*> waiting_;
+    std::optional<AlikeRange> alike_; // of operations that keep to edges, from the first pose on
+    std::deque<StrokePose> dabs_;     // of these: not looked at yet
     std::unique_ptr<RegionSearch> regions_; // of fill and islands, from tool-up on
     std::optional<VolumeEdit> edit_;
     uint64_t samples_seen_ = 0;

@@ -70,9 +70,9 @@ class Session {
     bool undo() { return editor_.undo(); }
     bool redo() { return editor_.redo(); }
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object(),
-             NotePages::Texts notes = {}, std::vector<uint16_t> spared = {}) {
+             NotePages::Texts notes = {}, EditLimits limits = {}) {
         return editor_.put(std::move(volume), std::move(title), std::move(parameters),
-                           std::move(notes), std::move(spared));
+                           std::move(notes), std::move(limits));
     }
     bool note(NotePages::Texts pages, std::string title, bool is_step = true, bool joins = false) {
         return editor_.note(std::move(pages), std::move(title), is_step, joins);

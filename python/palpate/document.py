@@ -10,6 +10,14 @@ from . import _core
 from .volume import PathLike, Progress, Volume, as_volume
 
 
+def _within_mask(operation: Dict[str, Any], mask: Dict[str, Any]) -> Dict[str, Any]:
+    twice = sorted(set(operation) & set(mask) - {"kind"})
+    if twice:
+        raise _core.Error(f"mask: the operation has {twice[0]} of its own")
+    overwrites = operation.get("kind") in ("draw", "dilate", "smooth", "fill")
+    return {**operation, **{k: v for k, v in mask.items() if k != "over" or overwrites}}
+
+
 class Document:
     """Named volumes with one history. Any thread may use it; one call works at a time.
 
@@ -55,11 +63,14 @@ class Document:
         rotations: Any = None,
         on: Optional[str] = None,
         guide: str = "",
+        mask: Optional[Dict[str, Any]] = None,
         progress: Progress = None,
     ) -> str:
         """Moves a tool along positions (n, 3), in mm (LPS), and applies its operation.
 
         shape and operation: as in a stroke file, {"kind": "ball", "radius_mm": 3} and {"kind": "cut"}.
+        mask: keys of operations that confine any edit, such as {"inside": [3]}, {"outside": "any"},
+        {"only_values": [0, 90]} and {"over": [0]}; the operation itself then has none of them.
         times: seconds, rising (needed by mill; 1 ms apart else); rotations: quaternions w, x, y, z.
         Returns a sentence where no sample changed, else "".
         """
@@ -73,6 +84,7 @@ class Document:
             raise _core.Error(f"expected one time and one rotation for each of {len(places)} positions")
         if not (np.isfinite(places).all() and np.isfinite(seconds).all()):
             raise _core.Error("positions and times: expected finite numbers")
+        operation = _within_mask(operation, mask or {})
         lines = [json.dumps({"stroke": 1, "units": "mm", "shape": shape, "operation": operation})]
         for i, place in enumerate(places):
             pose: Dict[str, Any] = {"t_s": seconds[i], "p_mm": place.tolist()}

@@ -133,6 +133,43 @@ TEST_F(EditCommand, AStrokeThatMissesIsAStrokeToTakeBack) {
     EXPECT_EQ(hash_of("out.nrrd"), content_hash(phantom()));
 }
 
+TEST_F(EditCommand, PaintsWithinAMask) {
+    const Grid grid = phantom().grid();
+    const auto had = [](glm::uvec3 i) { return i.x < 30 ? 1.0 : i.x < 60 ? 2.0 : 0.0; };
+    ASSERT_TRUE(save_volume(file("labels.nii"), make_volume(grid, ScalarType::u8, had)));
+    Operation op;
+    op.label = 5;
+    write("strokes.jsonl",
+          stroke_text(
+              *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 300})", ""), op, {{}})));
+    const auto painted = [&](std::vector<std::string> options, const auto& becomes) {
+        std::vector<std::string> words{"edit", file("labels.nii").string(), strokes_path(), "-o",
+                                       file("out.nii").string()};
+        words.insert(words.end(), options.begin(), options.end());
+        const ProgramRun done = run(words);
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        const Volume out = load_labels(file("out.nii"))->volume;
+        for (const uint32_t x : {0u, 29u, 30u, 59u, 60u, 99u})
+            EXPECT_EQ(out.value({x, 40, 20}), becomes(had({x, 40, 20}))) << options[0] << " " << x;
+    };
+    painted({"--inside", "1"}, [](double v) { return v == 1 ? 5 : v; });
+    painted({"--inside", "any"}, [](double v) { return v != 0 ? 5 : v; });
+    painted({"--outside", "2"}, [](double v) { return v != 2 ? 5 : v; });
+    painted({"--outside", "any", "--over", "0,2"}, [](double v) { return v == 0 ? 5 : v; });
+    painted({"--over", "2,0"}, [](double v) { return v != 1 ? 5 : v; });
+    const auto why = [&](std::vector<std::string> options) {
+        std::vector<std::string> words{"edit", file("labels.nii").string(), strokes_path(), "-o",
+                                       file("out.nii").string()};
+        words.insert(words.end(), options.begin(), options.end());
+        return run(words).messages;
+    };
+    EXPECT_THAT(why({"--inside", "0"}),
+                HasSubstr("--inside: expected labels from 1 to 65535 between commas, found '0'"));
+    EXPECT_THAT(why({"--only-values", "9", "3"}),
+                HasSubstr("--only-values: expected LOW <= HIGH, found 9 3"));
+    EXPECT_THAT(why({"--only-values", "3", "9"}), HasSubstr("only_values needs a guide"));
+}
+
 TEST_F(EditCommand, PaintsLabelsWhereAGuideLiesInARange) {
     save_input();
     ASSERT_TRUE(save_volume(file("labels.nii"), make_volume(phantom().grid(), ScalarType::u8,

@@ -149,6 +149,28 @@ def test_documents_of_several_volumes():
     )
     drawn = document["organs"].to_numpy() == 3
     assert drawn.any() and not drawn[grey > 13499].any()
+    document.stroke(
+        {"kind": "ball", "radius_mm": 6},
+        {"kind": "draw", "label": 5},
+        [(15, 15, 15)],
+        on="organs",
+        mask={"inside": [3]},
+    )
+    assert np.array_equal(document["organs"].to_numpy() == 5, drawn)
+    document.undo()
+    document.stroke(
+        {"kind": "ball", "radius_mm": 8},
+        {"kind": "draw", "label": 5},
+        [(15, 15, 15)],
+        on="organs",
+        mask={"over": [0]},
+    )
+    assert np.array_equal(document["organs"].to_numpy() == 3, drawn)
+    assert (document["organs"].to_numpy() == 5).sum() > drawn.sum()
+    with pytest.raises(palpate.Error, match="mask: the operation has inside of its own"):
+        document.stroke(
+            {"kind": "point"}, {"kind": "erase", "inside": [3]}, [(15, 15, 15)], on="organs", mask={"inside": [5]}
+        )
     document.put("grey", grey * 2, title="twice")
     assert document["grey"].to_numpy().max() == 2 * 26999
     document.undo()

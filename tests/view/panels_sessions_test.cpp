@@ -284,12 +284,19 @@ const RecordedSteps kSessions[] = {
      R"({"task": "segment", "tool": {"hand": "draw"}})"},
     {"outline_in_the_labels_tab", "section labels; widget labels/outline",
      R"({"overlays": {"outline_px": 0}})"},
-    {"values_that_the_brush_is_confined_to", "section brush; widget labels/only",
+    {"values_that_the_brush_is_confined_to", "section mask; widget labels/only",
      R"({"tool": {"only_values": [-160, 240]}})"},
     {"values_of_the_brush_are_dragged",
-     "section brush; widget labels/only; at labels/to 20 8; drag left 100 0; widget "
+     "section mask; widget labels/only; at labels/to 20 8; drag left 100 0; widget "
      "labels/only",
      R"({"tool": {"only_values": null}})"},
+    {"mask_area_is_chosen",
+     "section mask; widget mask/area; idle; widget mask/area/inside_all_labels",
+     R"({"mask": {"area": "inside all labels", "overwrite": "all labels"}})"},
+    {"mask_overwrite_is_chosen",
+     "section mask; widget mask/overwrite; idle; widget mask/overwrite/no_label",
+     R"({"mask": {"area": "everywhere", "overwrite": "no label"}})"},
+    {"brush_keeps_to_edges", "section brush; widget tool/edges", R"({"tool": {"alike": 3}})"},
     {"black_typed_above_white_keeps_the_width",
      "at window/black 12 8; double left; hold ctrl; key a; let ctrl; type 500; key enter",
      R"({"window": [500, 900], "message": ""})"},
@@ -308,7 +315,7 @@ const RecordedSteps kSessions[] = {
      R"({"window": [3100, 3301], "message": "white stops at 3301: the limits of this volume are )"
      R"(-3212 .. 3301"})"},
     {"values_of_the_brush_typed_past_each_other",
-     "section brush; widget labels/only; at labels/from 12 8; double left; hold ctrl; key a; "
+     "section mask; widget labels/only; at labels/from 12 8; double left; hold ctrl; key a; "
      "let ctrl; type 300; key enter",
      R"({"tool": {"only_values": [300, 700]}})"},
     {"figure_setup",

@@ -188,7 +188,8 @@ TEST_F(SearchTest, WordsOfOtherProgramsFindOurs) {
     const Subject& subject = viewer().work().subject();
     const std::pair<const char*, const char*> words[] = {
         {"brush", "brush size"},
-        {"threshold paint", "paint only where values are"},
+        {"threshold paint", "mask: editable values"},
+        {"editable area", "mask: editable area"},
         {"slab", "thickness of slices"},
         {"crop", "crop box"},
         {"roi crop", "crop box"},

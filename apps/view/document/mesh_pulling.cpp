@@ -23,12 +23,12 @@ struct MeshPulling::MeshRun {
         // The labels' step in the list of edits, and what a person is told after
         // the label's new volume.
         const char *step = "", *told = "";
-        const char* unchanged = nullptr; // else, where no sample changes; null: the same words
-        bool is_of_mesh = false;         // that is pulled, and then is done with
-        uint16_t met_locked = 0;         // Spared::met; start() finds it
-        uint64_t count_before = 0,
-                 count = 0;        // of the label's samples; start() counts
-        bool is_unchanged = false; // start() looks
+        const char* unchanged = nullptr;      // else, where no sample changes; null: the same words
+        bool is_of_mesh = false;              // that is pulled, and then is done with
+        uint16_t met_locked = 0;              // Spared::met; start() finds it
+        bool met_mask = false;                // likewise
+        uint64_t count_before = 0, count = 0; // of the label's samples; start() counts
+        bool is_unchanged = false;            // start() looks
     };
     ~MeshRun() { stop.request_stop(); }
     Task task() {
@@ -37,7 +37,7 @@ struct MeshPulling::MeshRun {
 
     uint16_t label;
     Volume before; // the labels that it reads
-    std::vector<uint16_t> locked;
+    EditLimits limits;
     std::stop_source stop{};
     std::atomic<double> share{0.0};
     std::future<Result<Done>> done{}; // last: its thread ends before the rest goes
@@ -53,15 +53,15 @@ std::optional<double> MeshPulling::share() const {
 // Runs `work` on the labels, on a thread of its own if there are threads.
 template <class Make>
 void MeshPulling::start(uint16_t label, Make make) {
-    run_.reset(
-        new MeshRun{label, document_.labels_or_empty(), document_.notes().known().locked_labels});
+    run_.reset(new MeshRun{label, document_.labels_or_empty(), document_.limits()});
     const auto work = [run = run_.get(), make]() -> Result<MeshRun::Done> {
         PALPATE_TRY(MeshRun::Done done, make(*run));
         if (!done.labels)
             return done;
-        Spared kept = sparing(run->before, *done.labels, run->locked);
+        Spared kept = sparing(run->before, *done.labels, run->limits);
         done.labels = std::move(kept.labels);
         done.met_locked = kept.met;
+        done.met_mask = kept.met_mask;
         done.count_before = count_labels(run->before)[run->label];
         done.count = count_labels(*done.labels)[run->label];
         done.is_unchanged = done.labels->is_same_as(run->before) ||
@@ -135,6 +135,8 @@ void MeshPulling::poll() {
                                    ml * static_cast<double>(done->count_before)));
         if (done->met_locked != 0)
             document_.tell_also(document_.locked_text(done->met_locked));
+        if (done->met_mask)
+            document_.tell_also(kMaskText);
         if (done->is_of_mesh)
             mesh_.reset();
     }
@@ -175,7 +177,7 @@ void MeshPulling::change(const ViewState& state, const LabelChange& change) {
         state.label,
         [&change, make = change_of(change, state, document_.grey()), by_mm = state.change_label_mm,
          at_mm = state.crosshair_mm](MeshRun& run) -> Result<MeshRun::Done> {
-            LabelChangeInput in{run.label, by_mm, run.locked};
+            LabelChangeInput in{run.label, by_mm, run.limits.spared};
             if (const auto at = sample_at(run.before.grid(), at_mm))
                 in.at = *at;
             PALPATE_TRY(Volume labels, make(run.before, in, run.task()));

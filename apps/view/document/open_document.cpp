@@ -130,10 +130,15 @@ std::string OpenDocument::text_at(glm::dvec3 point_mm) {
                   : "";
 }
 
+EditLimits OpenDocument::limits() {
+    return {notes_.known().locked_labels, mask_,
+            mask_.values ? std::optional(grey()) : std::nullopt};
+}
+
 bool OpenDocument::put_labels(Volume labels, std::string step, Json parameters,
                               NotePages::Texts notes) {
     return session_.put({labels_, VolumeKind::labels, std::move(labels)}, std::move(step),
-                        std::move(parameters), std::move(notes), notes_.known().locked_labels);
+                        std::move(parameters), std::move(notes), limits());
 }
 
 bool OpenDocument::make_labels() {

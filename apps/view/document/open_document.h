@@ -67,8 +67,12 @@ class OpenDocument {
 
     const std::string& grey_name() const { return grey_; }
     const std::string& labels_name() const { return labels_; }
-    // Labels become these, as one step; locked labels stay (Editor::put()). False, as of all
-    // commands: too many at once.
+    // What changes of labels leave as it was: locked labels, and what the mask of the window
+    // closes.
+    EditLimits limits();
+    void set_mask(EditMask mask) { mask_ = std::move(mask); }
+    // Labels become these within limits(), as one step (Editor::put()). False, as of all commands:
+    // too many at once.
     bool put_labels(Volume labels, std::string step, Json parameters = Json::object(),
                     NotePages::Texts notes = {});
     // Empty ones, where there are none.
@@ -102,6 +106,7 @@ class OpenDocument {
     std::optional<Volume> first_grey_; // none: no steps came with the document
     NotesLink notes_;
     std::string grey_, labels_;
+    EditMask mask_;
     std::optional<FusionLayer> fusion_;
 };
 

@@ -202,9 +202,10 @@ Result<SegmentDone> SegmentRun::run() {
 }
 
 void SegmentRun::spare_locked(SegmentDone& done) const {
-    Spared kept = sparing(job_.labels, done.labels, job_.locked);
+    Spared kept = sparing(job_.labels, done.labels, job_.limits);
     done.labels = std::move(kept.labels);
     done.met_locked = kept.met;
+    done.met_mask = kept.met_mask;
 }
 
 // The bound that a method has taken, and the ends of its slider.

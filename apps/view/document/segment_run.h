@@ -36,6 +36,7 @@ struct SegmentDone {
     Volume objects;           // that go into the map
     std::vector<uint16_t> of; // the labels that they take the place of
     uint16_t met_locked = 0;  // Spared::met
+    bool met_mask = false;    // likewise
 };
 
 // The input of a method, as it was when the method was asked for.
@@ -45,8 +46,8 @@ struct SegmentJob {
     Volume volume, labels;       // the map that the result is put into
     std::optional<Volume> seeds; // of labels, and `outside`
     uint16_t outside = 0;
-    std::vector<uint16_t> locked{}; // labels that stay as they are
-    uint16_t label = 0;             // in the hand: of several, the one that is bounded again
+    EditLimits limits{}; // of changes of the map
+    uint16_t label = 0;  // in the hand: of several, the one that is bounded again
     // The method is not run: its objects are bounded by this.
     std::optional<Strength> again{};
     // Samples low .. high that the method works on, both included; none: on all. What lies outside

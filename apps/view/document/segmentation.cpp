@@ -141,7 +141,7 @@ void Segmentation::begin(const ViewState& state) {
         .volume = document_.grey(),
         .labels = document_.labels_or_empty(),
         .outside = kSeedOf255,
-        .locked = state.notes.locked_labels,
+        .limits = document_.limits(),
         .label = state.label};
     if (state.segmenting.in_box && !state.notes.clip_planes.empty() && method != &net_method()) {
         job.region = kept_samples(job.volume.grid(), state.notes.clip_planes);
@@ -173,7 +173,7 @@ void Segmentation::bound(const ViewState& state) {
                    .given = {{"bound", *state.segmenting.preview}},
                    .volume = strength_->volume,
                    .labels = document_.labels_or_empty(),
-                   .locked = state.notes.locked_labels,
+                   .limits = document_.limits(),
                    .again = strength_};
     job.again->bound = *state.segmenting.preview;
     run(std::move(job));
@@ -219,6 +219,8 @@ std::string Segmentation::told_of(const SegmentJob& job, const SegmentDone& done
         told += fmt::format(", values from {:g}", job.given.at("low"));
     if (done.met_locked != 0)
         told += fmt::format("; {}", document_.locked_text(done.met_locked));
+    if (done.met_mask)
+        told += fmt::format("; {}", kMaskText);
     for (const std::string& note : done.notes)
         told += (told.empty() ? "" : "; ") + note;
     if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)
@@ -257,18 +259,20 @@ void Segmentation::take(const SegmentJob& job, SegmentDone done) {
     NotesLink& notes = document_.notes();
     document_.session().settle();
     const std::optional<Volume> labels = document_.labels();
-    const std::vector<uint16_t>& locked = notes.known().locked_labels;
+    const EditLimits limits = document_.limits();
     const bool changes = !done.labels.is_same_as(job.labels);
-    // A person has gone on drawing, or has locked a label. While a hand draws without a pause, this
-    // goes on, and the result comes after.
-    if (changes && labels && (!labels->is_same_as(job.labels) || locked != job.locked)) {
+    // A person has gone on drawing, has locked a label, or has changed the mask. While a hand draws
+    // without a pause, this goes on, and the result comes after.
+    if (changes && labels &&
+        (!labels->is_same_as(job.labels) || limits.spared != job.limits.spared ||
+         limits.mask != job.limits.mask)) {
         SegmentJob anew = job;
         if (!job.ready) {
             anew.before = job.labels;
             anew.ready = std::make_shared<const SegmentDone>(std::move(done));
         }
         anew.labels = *labels;
-        anew.locked = locked;
+        anew.limits = limits;
         return run(std::move(anew));
     }
     const std::string told = told_of(job, done);

@@ -55,6 +55,24 @@ std::optional<EditSetup> seed_edit(OpenDocument& document, TipShape shape, const
 
 } // namespace
 
+EditMask edit_mask(const ViewState& state) {
+    using Area = Masking::Area;
+    const Masking& masking = state.masking;
+    EditMask mask;
+    const bool is_inside = masking.area == Area::inside_label || masking.area == Area::inside_all;
+    if (masking.area != Area::everywhere)
+        mask.area.kind = is_inside ? EditArea::Kind::inside : EditArea::Kind::outside;
+    if (masking.area == Area::inside_label || masking.area == Area::outside_label)
+        mask.area.labels = {masking.area_label};
+    if (state.only_values)
+        mask.values = {state.only_values->low, state.only_values->high};
+    if (masking.overwrite == Masking::Overwrite::unlabelled)
+        mask.over = {0};
+    if (masking.overwrite == Masking::Overwrite::label)
+        mask.over = {0, masking.over_label};
+    return mask;
+}
+
 std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipShape shape,
                                      const ViewState& state, bool disc) {
     if (carve == Carve::seed)
@@ -72,11 +90,17 @@ std::optional<EditSetup> stroke_edit(OpenDocument& document, Carve carve, TipSha
     }
     EditSetup setup =
         tool_edit(document, carve, shape, state.label, document.labels_name(), state, disc);
-    setup.operation.spared = locked;
-    if (state.only_values) {
-        setup.operation.only_values = {state.only_values->low, state.only_values->high};
-        setup.guide = document.grey_name();
+    Result<Operation> masked = within_mask(std::move(setup.operation), edit_mask(state));
+    if (!masked) {
+        document.tell(masked.error().message);
+        return std::nullopt;
     }
+    setup.operation = std::move(*masked);
+    setup.operation.spared = locked;
+    if (state.brush_keeps_to_edges && (carve == Carve::draw || carve == Carve::erase))
+        setup.operation.alike = state.alike_deviations;
+    if (setup.operation.needs_guide())
+        setup.guide = document.grey_name();
     return setup;
 }
 

@@ -23,6 +23,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 } // namespace
 
 void Work::watch(const ViewState& state) {
+    set_mask(edit_mask(state));
     Scene scene = session().scene();
     show_in_scene(state.notes, scene);
     if (scene != session().scene())

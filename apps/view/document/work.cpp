@@ -33,6 +33,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
 }
 
 void Work::obey(const DocumentOrder& order, const ViewState& state) {
+    set_mask(edit_mask(state));
     PulledMesh* mesh = mesh_pulling_.mesh();
     const auto step = [&](bool is_undo) {
         notes().keep(state.notes);

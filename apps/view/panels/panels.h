@@ -126,7 +126,8 @@ void draw_removed_panel(Widgets& ui, Work& work); // by the tools that take mate
 void draw_clip_panel(Widgets& ui, ViewState& state, Work& work);
 void draw_stereo_section(Widgets& ui, ViewState& state);
 void draw_appearance_section(Widgets& ui, ViewState& state);
-void draw_brush_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
+void draw_brush_section(Widgets& ui, ViewState& state);
+void draw_mask_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
 void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& work);
 void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state);
 void draw_seeds_section(Widgets& ui, ViewState& state);

@@ -57,7 +57,9 @@ void draw_section(Widgets& ui, SidePanel& panel, Section section, ViewState& sta
         case Section::appearance:
             return draw_appearance_section(ui, state);
         case Section::brush:
-            return draw_brush_section(ui, panel.ends, state, work);
+            return draw_brush_section(ui, state);
+        case Section::mask:
+            return draw_mask_section(ui, panel.ends, state, work);
         case Section::labels:
             return draw_label_panel(ui, panel.labels, state, work);
         case Section::seeds:

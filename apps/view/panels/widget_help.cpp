@@ -13,6 +13,14 @@ constexpr WidgetHelp kHelp[] = {
     {"tool/disc", "brush as a disc",
      "brush and eraser change one layer of the slice in which they draw, and not a ball",
      "2D flat"},
+    {"tool/edges", "brush keeps to edges",
+     "brush and eraser change only what is connected to the sample under the pointer and has "
+     "values "
+     "like those where the stroke began",
+     "edge aware smart intelligent quick adaptive"},
+    {"tool/alike", "brush: how alike",
+     "how many robust deviations a value may lie from the median where the stroke began", "",
+     false},
     {"tool/label", "label to draw",
      "number of the label that brush, seeds, methods and fill write, 1 to 65535", "segment number"},
     {"tool/undo", "undo", "takes the last step back", "revert"},
@@ -110,9 +118,17 @@ constexpr WidgetHelp kHelp[] = {
      false},
     {"transfer/remove", "remove the point", "takes the chosen point out of the curve", "", false},
 
-    {"labels/only", "paint only where values are",
-     "brush, eraser and the hand's tools change no samples with other values",
+    {"mask/area", "mask: editable area",
+     "tools on labels and methods change samples there alone, by the labels that are there",
+     "masking inside outside segments"},
+    {"mask/area_label", "mask: label of the editable area", "1 to 65535", "", false},
+    {"labels/only", "mask: editable values",
+     "tools on labels and methods change no samples with other grey values",
      "threshold paint masking editable intensity range"},
+    {"mask/overwrite", "mask: overwrite",
+     "labels whose samples may get another label; the eraser takes any away",
+     "masking modify other segments overlap protect"},
+    {"mask/over_label", "mask: label that is overwritten", "1 to 65535", "", false},
     {"labels/from", "least value to paint", "samples with lower values stay as they are", "",
      false},
     {"labels/to", "largest value to paint", "samples with higher values stay as they are", "",
@@ -330,7 +346,8 @@ constexpr WidgetHelp kHelp[] = {
 
 // The sections of widgets, by their ids or by the word that these begin with; ids come first.
 constexpr std::pair<std::string_view, Section> kSectionOf[] = {
-    {"labels/only", Section::brush},
+    {"labels/only", Section::mask},
+    {"mask", Section::mask},
     {"labels/file", Section::label_files},
     {"labels/each", Section::label_files},
     {"labels/export", Section::label_files},

@@ -41,6 +41,16 @@ Json stereo_json(const ViewState& state) {
     return json;
 }
 
+void dump_mask(const ViewState& state, Json& json) {
+    constexpr const char* areas[] = {"everywhere", "inside one label", "outside one label",
+                                     "inside all labels", "outside all labels"};
+    constexpr const char* over[] = {"all labels", "no label", "one label"};
+    json["mask"] = {{"area", areas[static_cast<size_t>(state.masking.area)]},
+                    {"area_label", state.masking.area_label},
+                    {"overwrite", over[static_cast<size_t>(state.masking.overwrite)]},
+                    {"over_label", state.masking.over_label}};
+}
+
 Json hand_json(Work& work, const ViewState& state) {
     const Touch& touch = work.hand().touch();
     const Stylus& stylus = state.stylus;
@@ -206,6 +216,9 @@ Json dump_of(Work& work, const ViewState& state) {
         {"hand", state.tool->name}, {"radius_mm", state.radius_mm}, {"label", state.label}};
     if (state.only_values)
         json["tool"]["only_values"] = {state.only_values->low, state.only_values->high};
+    if (state.brush_keeps_to_edges)
+        json["tool"]["alike"] = state.alike_deviations;
+    dump_mask(state, json);
     json["recovered_steps"] = state.recovered_steps;
     json["labels"] = {{"shown", state.labels_shown},
                       {"opacity", state.label_opacity},

@@ -55,8 +55,8 @@ void release_pick(const ToolEvent& at) {
     if (!(low < high))
         return at.tell("no label is here: a drag takes the range of its grey values");
     at.state().only_values = {low, high};
-    at.tell(fmt::format(
-        "tools on labels change samples of {:g} .. {:g} alone (task Segment, Brush)", low, high));
+    at.tell(fmt::format("tools on labels change samples of {:g} .. {:g} alone (task Segment, Mask)",
+                        low, high));
 }
 
 void click_pick(const ToolEvent& at) {

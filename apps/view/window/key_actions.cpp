@@ -6,6 +6,7 @@
 
 #include "apps/view/document/label_changes.h"
 #include "apps/view/tools/hand_pointer.h"
+#include "engine/edit/alike.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
 
@@ -87,6 +88,36 @@ void lock_label(const KeyPress& press) {
     else
         locked.insert(place, label);
     press.order(order::Tell{fmt::format("label {} is {}", label, was ? "open again" : "locked")});
+}
+
+void take_values(const KeyPress& press) {
+    ViewState& state = press.state;
+    if (state.only_values) {
+        state.only_values.reset();
+        return press.order(order::Tell{"tools on labels change samples of all values"});
+    }
+    if (!state.under || !is_slice(*state.under) || !press.subject.value_at)
+        return press.order(
+            order::Tell{"put the pointer on a slice, where the values are to be "
+                        "taken"});
+    const Grid& grid = press.subject.grid;
+    const glm::dvec3 at(glm::inverse(grid.world_from_index) *
+                        glm::dvec4(point_under(state, grid, *state.under, state.pointer_px), 1.0));
+    std::vector<double> values;
+    for (int z = -kAlikeReach; z <= kAlikeReach; ++z)
+        for (int y = -kAlikeReach; y <= kAlikeReach; ++y)
+            for (int x = -kAlikeReach; x <= kAlikeReach; ++x)
+                if (const auto value = press.subject.value_at(
+                        world_point(grid, glm::floor(at + 0.5) + glm::dvec3(x, y, z)));
+                    value && !std::isnan(*value))
+                    values.push_back(*value);
+    if (values.empty())
+        return press.order(order::Tell{"no values are here"});
+    const AlikeRange range = alike_range(std::move(values), state.alike_deviations);
+    state.only_values = {range.low, std::max(range.high, range.low + 1e-3)};
+    press.order(order::Tell{fmt::format(
+        "tools on labels change samples of {:.5g} .. {:.5g} alone; Ctrl+T: of all again", range.low,
+        range.high)});
 }
 
 void change_label(const KeyPress& press, std::string_view id) {

@@ -39,6 +39,7 @@ void step_slab(const KeyPress& press);
 void start_or_stop_hand(const KeyPress& press);
 void take_picture(const KeyPress& press);
 // Locks or unlocks the label under the pointer in a slice, else the one that is drawn.
+void take_values(const KeyPress& press);
 void lock_label(const KeyPress& press);
 void change_label(const KeyPress& press, std::string_view id);
 void export_labels(const KeyPress& press);

@@ -18,6 +18,7 @@ constexpr SectionEntry kSections[] = {
     {Section::stereo, "stereo", "Stereo", WindowTask::look, false},
     {Section::appearance, "appearance", "Appearance", WindowTask::look, false},
     {Section::brush, "brush", "Brush", WindowTask::segment, true},
+    {Section::mask, "mask", "Mask", WindowTask::segment, false},
     {Section::labels, "labels", "Labels", WindowTask::segment, true},
     {Section::seeds, "seeds", "Seeds", WindowTask::segment, true},
     {Section::method, "method", "Method", WindowTask::segment, true},

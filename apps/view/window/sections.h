@@ -25,6 +25,7 @@ enum class Section : uint32_t {
     stereo,
     appearance,
     brush,
+    mask,
     labels,
     seeds,
     method,

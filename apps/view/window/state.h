@@ -9,6 +9,7 @@
 
 #include "apps/view/document/figure_setup.h"
 #include "apps/view/document/live_surface.h"
+#include "apps/view/document/masking.h"
 #include "apps/view/document/message.h"
 #include "apps/view/document/segmenting.h"
 #include "apps/view/panels/transfer_editor.h"
@@ -176,10 +177,13 @@ struct ViewState {
     const Tool* tool = &kCrosshairTool; // of the left button
     ToolStates own;                     // of tools
     double radius_mm = 3.0;
+    bool brush_keeps_to_edges = false; // of brush and eraser: Operation::alike, and its value
+    double alike_deviations = 3.0;
     bool brush_is_disc = false; // of one layer of a slice, of brush and eraser; else it is a ball
     uint16_t label = 1;         // that is drawn
     // Values of the samples that tools on labels change; none: all.
     std::optional<GreyWindow> only_values;
+    Masking masking;
     double change_label_mm = 1.0; // by how far a label is smoothed, grown, ..
     bool labels_shown = true;
     double label_opacity = 0.4;

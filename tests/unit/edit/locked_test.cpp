@@ -147,7 +147,8 @@ TEST(LockedLabels, StayThroughAnySteps) {
             } else if (what == 2) {
                 const Volume put = random_labels(random, grid, ScalarType::u16);
                 unlocked_labels.emplace(put);
-                editor.put({"labels", VolumeKind::labels, put}, "a map", Json::object(), {}, locks);
+                editor.put({"labels", VolumeKind::labels, put}, "a map", Json::object(), {},
+                           {locks});
             } else {
                 Operation op = random_operation(random, OperationKind(pick(random, 0, 8)));
                 const Tool tool = random_tool(random);
@@ -223,13 +224,13 @@ TEST(LockedLabels, RefuseAMapThatChangesThemAlone) {
     Editor editor(*make_document({{"labels", VolumeKind::labels, row(300, 0)}}),
                   {.threaded = false});
     auto reader = editor.add_reader();
-    editor.put({"labels", VolumeKind::labels, row(0, 0)}, "largest piece", {}, {}, {300});
+    editor.put({"labels", VolumeKind::labels, row(0, 0)}, "largest piece", {}, {}, {{300}});
     editor.settle();
     EXPECT_EQ(reader.pin()->undo_steps, 0u);
     EXPECT_THAT(editor.take_refusal(), testing::HasSubstr("label 300, which is locked"));
     // A map of u8 does not hold the locked label: what comes out does.
     const Volume other = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 5.0; });
-    editor.put({"labels", VolumeKind::labels, other}, "other", {}, {}, {300});
+    editor.put({"labels", VolumeKind::labels, other}, "other", {}, {}, {{300}});
     editor.settle();
     EXPECT_EQ(reader.pin()->undo_steps, 1u);
     EXPECT_EQ(reader.pin()->volume().value({19, 0, 0}), 300.0f);

@@ -139,6 +139,7 @@ TEST_P(Portions, OfPosesSlicesAndThreadsChangeNoByte) {
     Random random(uint64_t(GetParam()) + 1);
     Operation op = random_operation(random, GetParam());
     op.only_values.reset();
+    op.area = {};
     op.over.reset();
     const Grid grid = random_grid(random, {70, 60, 40});
     op.smallest_mm3 = 1e3;

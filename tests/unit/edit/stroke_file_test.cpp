@@ -70,6 +70,7 @@ TEST(StrokeFile, WritesWhatItReadsToTheBit) {
         EXPECT_EQ(stroke_text(read->front()), text);
         EXPECT_TRUE(read->front().poses == stroke.poses);
         EXPECT_EQ(read->front().operation.spared, operation.spared);
+        EXPECT_EQ(read->front().operation.area, operation.area);
         const bool labels = stroke.operation.on_labels();
         const Volume before = labels ? random_labels(random, grid, ScalarType::u8)
                                      : random_greys(random, grid, ScalarType::i16);
@@ -119,6 +120,13 @@ TEST(StrokeFile, SaysWhatIsWrongAndWhere) {
                 HasSubstr("values that rise"));
     EXPECT_THAT(why(header(ball, R"({"kind": "draw", "only_values": [3, 2]})")),
                 HasSubstr("low <= high"));
+    EXPECT_EQ(why(header(ball, R"({"kind": "draw", "inside": "any"})")), "fine");
+    EXPECT_THAT(why(header(ball, R"({"kind": "draw", "inside": "all"})")),
+                HasSubstr("operation.inside: expected \"any\" or a list of labels, found \"all\""));
+    EXPECT_THAT(why(header(ball, R"({"kind": "draw", "outside": [2, 1]})")),
+                HasSubstr("expected labels that rise"));
+    EXPECT_THAT(why(header(ball, R"({"kind": "erase", "inside": [1], "outside": [2]})")),
+                HasSubstr("expected \"inside\" or \"outside\", found both"));
     std::string other = kHeader;
     other.replace(other.find("mm"), 2, "in");
     EXPECT_THAT(why(other + kPose), HasSubstr(":1: units: expected \"mm\", found \"in\""));

@@ -124,7 +124,15 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
             share = samples > -2.0 ? 1.0 - (1.0 - at - k) * (2.0 + samples) : 1.0;
         return share < 1.0 ? v + share * (to - v) : to;
     };
-    const auto counts = [&](glm::ivec3 i) { // by value
+    const auto counts = [&](glm::ivec3 i) { // by label and by value
+        if (op.area.kind != EditArea::Kind::everywhere) {
+            const double there = op.on_labels() ? s[i] : double(guide->value(glm::uvec3(i)));
+            bool named = op.area.labels.empty() && there != 0.0;
+            for (const uint16_t label : op.area.labels)
+                named = named || there == label;
+            if (named != (op.area.kind == EditArea::Kind::inside))
+                return false;
+        }
         if (!op.only_values)
             return true;
         const double v = op.on_labels() ? double(guide->value(glm::uvec3(i))) : s[i];
@@ -344,6 +352,14 @@ inline Volume random_greys(Random& random, const Grid& grid, ScalarType type) {
     });
 }
 
+inline EditArea random_area(Random& random) {
+    EditArea area{pick(random, 0, 1) ? EditArea::Kind::inside : EditArea::Kind::outside, {}};
+    for (uint16_t label = 1; label < 4; ++label)
+        if (pick(random, 0, 1))
+            area.labels.push_back(label);
+    return area;
+}
+
 inline Operation random_operation(Random& random, OperationKind kind) {
     Operation op;
     op.kind = kind;
@@ -370,6 +386,8 @@ inline Operation random_operation(Random& random, OperationKind kind) {
         op.rates.push_back({100, uniform(random, 0, 2e5)});
         op.rates.push_back({900, uniform(random, 0, 2e5)});
     }
+    if (op.on_labels() && pick(random, 0, 2) == 0)
+        op.area = random_area(random);
     return op;
 }
 
