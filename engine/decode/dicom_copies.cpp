@@ -19,19 +19,29 @@ std::string images_words(size_t count) {
     return fmt::format("{} image{}", count, count == 1 ? "" : "s");
 }
 
+// "b/1.dcm repeats a/1.dcm": with folders where the names alone are the same.
+std::string repeats_text(const std::filesystem::path& copy, const std::filesystem::path& first) {
+    const auto with_folder = [](const std::filesystem::path& file) {
+        return (file.parent_path().filename() / file.filename()).string();
+    };
+    return copy.filename() != first.filename()
+               ? fmt::format("{} repeats {}", copy.filename().string(), first.filename().string())
+               : fmt::format("{} repeats {}", with_folder(copy), with_folder(first));
+}
+
 } // namespace
 
 void drop_copies(const std::string& name, std::vector<DicomFrame>& frames,
                  std::vector<std::string>& warnings) {
-    std::map<Instance, std::string> seen;
+    std::map<Instance, std::filesystem::path> seen;
     std::string example;
     const size_t before = frames.size();
     std::erase_if(frames, [&](const DicomFrame& frame) {
         if (frame.instance_uid.empty())
             return false;
-        const auto [at, is_new] = seen.try_emplace({frame.instance_uid, frame.frame}, leaf(frame));
+        const auto [at, is_new] = seen.try_emplace({frame.instance_uid, frame.frame}, frame.file);
         if (!is_new && example.empty())
-            example = fmt::format("{} repeats {}", leaf(frame), at->second);
+            example = repeats_text(frame.file, at->second);
         return !is_new;
     });
     if (const size_t copies = before - frames.size(); copies > 0)
@@ -66,7 +76,7 @@ bool drop_equal_images(const std::string& name, std::vector<std::vector<DicomFra
         for (size_t i = 1; i < place.size(); ++i, ++copies) {
             if (!same_samples(place.front(), place[i]))
                 return false;
-            example = fmt::format("{} repeats {}", leaf(place[i]), leaf(place.front()));
+            example = repeats_text(place[i].file, place.front().file);
         }
     for (std::vector<DicomFrame>& place : places)
         place.resize(1);

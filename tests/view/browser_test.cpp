@@ -67,6 +67,22 @@ TEST_F(BrowserTest, AClickOpens) {
     EXPECT_FALSE(state().browser_open);
 }
 
+// The second click of a double click meets the first row of the folder that the first one entered.
+TEST_F(BrowserTest, ADoubleClickEntersOneFolder) {
+    fs::create_directories(folder() / "a/aa/aaa");
+    browse_for_labels();
+    const Box box = viewer().interface().widgets().at("browser/a");
+    const glm::dvec2 at = glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px);
+    move(at);
+    for (const bool down : {true, false, true, false})
+        frame({{.kind = Event::Kind::button, .button = Button::left, .down = down}}, 0.05);
+    frame({});
+    EXPECT_TRUE(has("browser/aa")) << "the folder is shown, and not the one in it";
+    EXPECT_FALSE(has("browser/aaa"));
+    press("browser/aa"); // a second later: a click of its own
+    EXPECT_TRUE(has("browser/aaa"));
+}
+
 TEST_F(BrowserTest, APartOfANameIsEnough) {
     browse_for_labels();
     EXPECT_TRUE(has("browser/mr.nii"));
@@ -125,6 +141,31 @@ TEST_F(BrowserTest, AFileThatIsPointedAtHasItsPicture) {
     key("escape");
     frame({});
     EXPECT_FALSE(state().browser_open);
+}
+
+TEST_F(BrowserTest, AnEmptyFolderSaysSo) {
+    fs::create_directories(folder() / "empty");
+    browse_for_labels();
+    EXPECT_FALSE(has("browser/none"));
+    press("browser/empty");
+    EXPECT_TRUE(has("browser/none"));
+}
+
+// The dialog begins in the folder of the file that was opened last, and offers that and the ones
+// before it.
+TEST_F(BrowserTest, WhatWasOpenedLastIsNear) {
+    set_options([this](ViewerOptions& options) {
+        options.recent = [this](const std::string&) {
+            return std::vector<std::string>{(folder() / "a/inner.nii").string(),
+                                            (folder() / "mr.nii").string()};
+        };
+    });
+    open("synthetic:phantom?size=24", {1000, 700});
+    browse_for_labels();
+    EXPECT_TRUE(has("browser/inner.nii"));
+    EXPECT_FALSE(has("browser/mr.nii"));
+    press("browser/recent/1");
+    EXPECT_EQ(asked_for(), (folder() / "mr.nii").string());
 }
 
 TEST_F(BrowserTest, UpAndAPlaceChangeTheFolder) {

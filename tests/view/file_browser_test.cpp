@@ -45,6 +45,19 @@ TEST_F(Files, FoldersComeFirstAndHiddenNamesNot) {
     EXPECT_THAT(none.error().message, HasSubstr("none: cannot be read"));
 }
 
+TEST_F(Files, NumbersInNamesAreSortedByTheirValues) {
+    std::vector<BrowserEntry> entries;
+    const std::vector<std::string> sorted{"1",   "2",       "10", "a1.nii", "a02.nii", "a2b",
+                                          "a10", "a10.nii", "b",  "b1-2",   "b1-10"};
+    for (const std::string& name : sorted)
+        entries.insert(entries.begin(), {name, false, 7});
+    for (const EntryOrder order : {EntryOrder::name, EntryOrder::size, EntryOrder::date}) {
+        sort_entries(entries, order, false);
+        for (size_t i = 0; i < sorted.size(); ++i)
+            EXPECT_EQ(entries[i].name, sorted[i]);
+    }
+}
+
 TEST_F(Files, EntriesHaveTheirDates) {
     write("old.nii", "1");
     write("new.nii", "1");
@@ -182,6 +195,14 @@ TEST_F(Files, SettingsAreKeptAndADamagedFileIsTheDefaults) {
     }
     EXPECT_FALSE(save_settings(file("view.json/x"), liked)); // its folder is a file
     EXPECT_TRUE(save_settings({}, liked));                   // no home
+}
+
+TEST(FileNames, AProposedNameFollowsAndATypedOneStays) {
+    EXPECT_EQ(followed_name("", "", "bone.stl"), "bone.stl");
+    EXPECT_EQ(followed_name("bone.stl", "bone.stl", "skin.stl"), "skin.stl");
+    EXPECT_EQ(followed_name("/a/b/bone.stl", "bone.stl", "skin.stl"), "/a/b/skin.stl");
+    EXPECT_EQ(followed_name("bone.ply", "bone.stl", "skin.stl"), "bone.ply");
+    EXPECT_EQ(file_word("left kidney/2-\u00e9"), "left_kidney_2-\u00e9");
 }
 
 // Bytes come back as they were; names of files are in no name of a picture.

@@ -146,6 +146,19 @@ TEST_F(FileQuestions, LabelsMayBeLaidOverAVolumeWithEdits) {
     EXPECT_EQ(label_at(kLeft), 3.0);
 }
 
+TEST_F(FileQuestions, WhatHoldsNoLabelsIsNotOfferedAsLabels) {
+    for (const std::string& path :
+         {std::string("scene.json"), std::string("synthetic:ball?size=24"),
+          std::string("picture.png"), std::string(::testing::TempDir())}) {
+        open("synthetic:phantom?size=24");
+        note_name(1, "liver");
+        frame({});
+        drop(path);
+        ASSERT_TRUE(has("leave/save")) << path;
+        EXPECT_FALSE(has("leave/over")) << path;
+    }
+}
+
 TEST_F(FileQuestions, ASecondVolumeThatHoldsLabelsBecomesLabels) {
     const auto open_second = [&] {
         show("slices");

@@ -1,6 +1,7 @@
 // Labels as files, from the window.
 
 #include "apps/view/document/label_export.h"
+#include "apps/view/panels/export_panel.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -192,6 +193,7 @@ TEST_F(Exports, ASurfaceForPrintIsCheckedAndNoneIsLeftWhereItIsStopped) {
     MeshExport ball{.iso = 500.0, .pieces = {.largest_only = true}, .decimate_mm = 0.5};
     const std::string told = write_out(order::ExportMesh{ball, file("ball.stl").string()});
     EXPECT_TRUE(told.starts_with(file("ball-1.stl").string() + ": watertight, 1 piece, ")) << told;
+    EXPECT_EQ(work_.mesh_writing().last().shown(false), told) << "it stays to be read";
     EXPECT_EQ(bytes_of("ball.stl"), "of a person");
     const auto whole = load_mesh(file("ball-1.stl"));
     ASSERT_TRUE(whole);
@@ -218,6 +220,29 @@ TEST_F(Exports, ASurfaceForPrintIsCheckedAndNoneIsLeftWhereItIsStopped) {
                 HasSubstr("label"));
     EXPECT_THAT(write_out(order::ExportMesh{ball, file("none.txt").string()}),
                 HasSubstr("ends in .stl, .ply, .obj or .vtp"));
+}
+
+TEST_F(Exports, NamesOfSurfacesAreThoseOfWhatIsWritten) {
+    ExportSetup setup;
+    setup.made.iso = -300.0;
+    EXPECT_EQ(surface_file_name(setup, state_, work_), "surface_-300.stl");
+    state_.iso.list.push_back({{}, "skin"});
+    state_.iso.list.back().surface.value = -300.0;
+    EXPECT_EQ(surface_file_name(setup, state_, work_), "skin.stl");
+    setup.of_label = true;
+    state_.label = 7;
+    EXPECT_EQ(surface_file_name(setup, state_, work_), "label-7.stl");
+    name_label(state_.notes, 7, "left kidney");
+    EXPECT_EQ(surface_file_name(setup, state_, work_), "left_kidney.stl");
+}
+
+// Beside the volume, where a folder can be made there.
+TEST_F(Exports, AProjectIsOfferedTheFolderOfTheVolume) {
+    Source source{open_synthetic("synthetic:ball?size=8")};
+    source.scene.file.volume = file("scans/ch2.nii.gz").string();
+    fs::create_directories(file("scans"));
+    Work work(std::move(source), {400, 300}, 1.0, true);
+    EXPECT_EQ(work.saving().new_folder(false), file("scans/ch2.palpate").string());
 }
 
 TEST_F(ViewerTest, AProjectIsOfferedTheNameOfTheFileWithoutItsEnding) {

@@ -241,6 +241,41 @@ TEST_F(Leaving, AFolderThatIsThereIsNotOffered) {
     EXPECT_EQ(next.parent_path(), offered.parent_path());
 }
 
+// A person who saved on the way to another file reads where, once that is shown.
+TEST_F(SaveAndOpen, SavedOnTheWayToAnotherFileIsSaid) {
+    Session& session = viewer_.work().session();
+    const NotePages before = session.state().document.notes;
+    Notes notes = notes_of(before).value();
+    name_label(notes, 1, "liver");
+    session.note(changes_between(before, pages_of(notes)), "label names");
+    session.settle();
+    frame({});
+    frame({{.kind = Event::Kind::drop, .paths = {"synthetic:phantom?size=24"}}});
+    frame({});
+    const auto press = [&](const char* id) {
+        ASSERT_TRUE(viewer_.interface().widgets().count(id)) << id;
+        const Box box = viewer_.interface().widgets().at(id);
+        frame({{.kind = Event::Kind::move,
+                .at_px = glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px)}});
+        for (const bool down : {true, false})
+            frame({{.kind = Event::Kind::button, .button = Button::left, .down = down}});
+        frame({});
+    };
+    press("leave/save");
+    ASSERT_TRUE(viewer_.state().saving_open);
+    frame({});
+    EXPECT_TRUE(viewer_.interface().widgets().count("save/folder/choose"));
+    for (const bool down : {true, false})
+        frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .down = down, .key = "a"}});
+    frame({{.kind = Event::Kind::text, .text = file("way.palpate").string()}});
+    press("save/save");
+    frames_until([&] { return viewer_.title() == "synthetic:phantom?size=24"; });
+    frame({});
+    EXPECT_NE(viewer_.interface().message().find("saved to " + file("way.palpate").string()),
+              std::string::npos)
+        << viewer_.interface().message();
+}
+
 // A document's messages are gone with it: a person does not take them to be about the next one.
 TEST_F(SaveAndOpen, NothingNamesTheOldProjectOnceTheNextFileIsShown) {
     viewer_.work().saving().save(viewer_.state(), file("first.palpate").string());

@@ -187,7 +187,7 @@ class Task : public ViewerTest {
     bool is_busy() {
         Work& work = window_->work();
         return !state().opening.empty() || work.saving().is_saving() ||
-               work.mesh_writing().share() || work.is_writing_labels() ||
+               work.mesh_writing().share() || work.label_export().is_writing() ||
                work.segmentation().share() || state().figure.share ||
                work.edited().commands_done < work.session().commands_given();
     }

@@ -253,6 +253,7 @@ TEST_F(ViewerTest, ACtThatIsStoredWithAnOffsetIsTold) {
 
 // The values here run from air to bone at least, and no file says what they are. The default window
 // of two values shows all of them, and of equal ones one is listed.
+// A key gives the same window, whether or not a file says that the volume is a CT.
 TEST_F(ViewerTest, WindowsOfACtAreOfferedWhereValuesMayBeHu) {
     const auto names_of = [&](double low, double high, const char* modality) {
         Source source{open_synthetic("synthetic:ball?size=24")};
@@ -263,8 +264,10 @@ TEST_F(ViewerTest, WindowsOfACtAreOfferedWhereValuesMayBeHu) {
         open_scene(std::move(source), {800, 600});
         return viewer().work().subject().window_names;
     };
-    EXPECT_EQ(names_of(-1000, 700, "").size(), 6u);
-    EXPECT_EQ(names_of(-1000, 700, "")[1], "CT soft tissue");
+    const std::vector<std::string> of_ct{"soft tissue", "lung",  "liver",
+                                         "bone",        "brain", "all values"};
+    EXPECT_EQ(names_of(-1000, 700, "CT"), of_ct);
+    EXPECT_EQ(names_of(-1000, 700, ""), of_ct);
     EXPECT_EQ(names_of(-1000, 700, "MR").size(), 1u);
     EXPECT_EQ(names_of(-1000, 200, "").size(), 2u);
     EXPECT_EQ(names_of(0, 3000, "").size(), 1u);
@@ -285,7 +288,7 @@ TEST_F(ViewerTest, NoWindowIsListedTwice) {
         });
     open_scene(std::move(source), {800, 600});
     const Subject& subject = viewer().work().subject();
-    EXPECT_EQ(subject.window_names.front(), "CT soft tissue");
+    EXPECT_EQ(subject.window_names.front(), "soft tissue");
     for (size_t i = 0; i < subject.windows.size(); ++i)
         for (size_t j = 0; j < i; ++j)
             EXPECT_NE(subject.windows[i], subject.windows[j]) << subject.window_names[i];
@@ -304,6 +307,27 @@ TEST(SeriesPreviews, APreviewIsFittedByItsSizeInMm) {
     EXPECT_EQ(grey(0, 20), 0);
     EXPECT_EQ(grey(39, 20), 255);
     EXPECT_NEAR(grey(20, 20), 255.0 * 10 / 19, 1.0);
+}
+
+// Whatever the order of the samples: the brightest corner is the patient's right front.
+TEST(SeriesPreviews, APreviewLiesAsTheAxialViewDoes) {
+    const glm::dmat3 lps(1.0), ras(-1, 0, 0, 0, -1, 0, 0, 0, 1),
+        turned(0, 0, -1, -1, 0, 0, 0, 1, 0);
+    for (const glm::dmat3& axes : {lps, ras, turned}) {
+        Grid grid = make_grid({16, 16, 16}, {1, 1, 1});
+        grid.world_from_index = glm::dmat4(axes);
+        const glm::dvec3 middle = axes * glm::dvec3(7.5);
+        const Volume volume = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+            const glm::dvec3 to = axes * glm::dvec3(i) - middle; // left, back, up
+            return to.x < 0.0 && to.y < 0.0 ? 100.0 : 0.0;
+        });
+        const std::vector<std::byte> rgba = preview_of({volume, {}, {}, "MR", {}, {}}, 16);
+        const auto grey = [&](size_t x, size_t y) { return int(rgba[4 * (16 * y + x)]); };
+        EXPECT_EQ(grey(2, 2), 255);
+        EXPECT_EQ(grey(13, 2), 0);
+        EXPECT_EQ(grey(2, 13), 0);
+        EXPECT_EQ(grey(13, 13), 0);
+    }
 }
 
 // The chooser pictures each series, says where there is none, and opens the one that is clicked.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "apps/view/document/message.h"
 #include "apps/view/window/panel.h"
 
 namespace palpate::view {
@@ -24,6 +25,7 @@ struct FigureSetup {
     static constexpr int kMostPictures = 10'000;
     int pictures = 1;            // of 3D: of a camera that goes round once; 1: as the view is
     std::optional<double> share; // of those that are being drawn; none: none are
+    Message told{};              // what has become of the last ones
     bool letters = true, scale_bar = true, color_bar = false, note = false;
     bool legend = true; // of labels, where the view shows some
 

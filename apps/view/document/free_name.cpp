@@ -47,4 +47,20 @@ fs::path free_name(const fs::path& name, uint32_t number) {
     return path;
 }
 
+std::string file_word(std::string name) {
+    for (char& letter : name) // what folders and shells have a use for
+        if (static_cast<unsigned char>(letter) < 0x80 && letter != '-' &&
+            !std::isalnum(static_cast<unsigned char>(letter)))
+            letter = '_';
+    return name;
+}
+
+std::string followed_name(const std::string& typed, const std::string& proposed,
+                          const std::string& name) {
+    const fs::path now = typed;
+    if (now.empty())
+        return name;
+    return now.filename() == proposed ? (now.parent_path() / name).string() : typed;
+}
+
 } // namespace palpate::view

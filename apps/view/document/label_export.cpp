@@ -98,12 +98,8 @@ Result<std::string> export_each_label(const Volume& labels, const std::filesyste
         if (stop.stop_requested())
             return fail("{}: stopped after {} files", path.string(), written);
         const auto named = std::ranges::find(names, label, &LabelName::label);
-        std::string name =
-            named == names.end() || named->name.empty() ? std::to_string(label) : named->name;
-        for (char& letter : name) // of UTF-8 all; but what folders and shells have a use for
-            if (static_cast<unsigned char>(letter) < 0x80 && letter != '-' &&
-                !std::isalnum(static_cast<unsigned char>(letter)))
-                letter = '_';
+        const std::string name = file_word(
+            named == names.end() || named->name.empty() ? std::to_string(label) : named->name);
         std::filesystem::path file = path;
         file.replace_filename(path.stem().string() + "-" + name + path.extension().string());
         PALPATE_TRY(save_mesh(free_name(file), surface_of_label(all, static_cast<uint16_t>(label)),
@@ -147,7 +143,8 @@ void LabelExport::poll() {
     if (!done_.valid() || done_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
     const Result<std::string> done = done_.get();
-    document_.tell(done ? Message::of_files(*done) : Message::why(done.error()));
+    last_ = done ? Message::of_files(*done) : Message::why(done.error());
+    document_.tell(last_);
 }
 
 } // namespace palpate::view

@@ -44,10 +44,12 @@ class LabelExport {
     // each: surfaces of all labels, by export_each_label().
     void begin(uint16_t label, const std::string& path, bool each = false);
     bool is_writing() const { return done_.valid(); }
-    void poll(); // for each frame
+    void poll();                                  // for each frame
+    const Message& last() const { return last_; } // what the last one has come to
 
  private:
     OpenDocument& document_;
+    Message last_;
     std::stop_source stop_;
     std::future<Result<std::string>> done_; // last: its thread ends before the rest goes
 };

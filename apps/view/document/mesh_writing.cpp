@@ -52,7 +52,8 @@ void MeshWriting::poll() {
     if (!done_.valid() || done_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
     const Result<std::string> done = done_.get();
-    document_.tell(done ? Message::of_files(*done) : Message::why(done.error()));
+    last_ = done ? Message::of_files(*done) : Message::why(done.error());
+    document_.tell(last_);
 }
 
 } // namespace palpate::view

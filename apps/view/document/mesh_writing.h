@@ -27,7 +27,8 @@ class MeshWriting {
         const char* what = ""; // that is done now
         double share = 0.0;    // of all of it
     };
-    std::optional<Share> share() const; // nothing: no file is being made
+    std::optional<Share> share() const;           // nothing: no file is being made
+    const Message& last() const { return last_; } // what the last file has come to
 
  private:
     struct Now {
@@ -35,6 +36,7 @@ class MeshWriting {
         std::atomic<double> share{0.0};
     };
     OpenDocument& document_;
+    Message last_;
     std::stop_source stop_;
     std::shared_ptr<Now> now_;
     std::future<Result<std::string>> done_; // last: its thread ends before the rest goes

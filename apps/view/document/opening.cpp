@@ -94,30 +94,19 @@ bool seems_hu(const ValueRange& range) {
     return range.min <= -900.0f && range.max >= 300.0f;
 }
 
-// Equal windows become one: the first, with the later name, which says more.
-void list_once(std::vector<GreyWindow>& windows, std::vector<std::string>& names) {
-    for (size_t i = 0; i < windows.size(); ++i)
-        for (size_t j = windows.size() - 1; j > i; --j)
-            if (windows[i] == windows[j]) {
-                names[i] = names[j];
-                windows.erase(windows.begin() + static_cast<ptrdiff_t>(j));
-                names.erase(names.begin() + static_cast<ptrdiff_t>(j));
-            }
-}
-
-// 1 .. 9: for a CT its usual windows, for others the default one; then all values; then the usual
-// ones of a CT where no file says what the values are and they may be HU.
+// 1 .. 9. What is a CT by its modality, or may be one by its values where no file says what they
+// are, has the same windows under the same keys, and the default one after them if it is none of
+// them. Others have the default window and all values. Of equal windows one is listed.
 void add_windows(Subject& subject, const LoadedScene& loaded) {
-    const auto add = [&](const std::string& name, double low, double high) {
-        subject.windows.push_back({low, high});
+    const auto add = [&](const std::string& name, const GreyWindow& window) {
+        if (std::ranges::find(subject.windows, window) != subject.windows.end())
+            return;
+        subject.windows.push_back(window);
         subject.window_names.push_back(name);
     };
-    const auto add_all = [&] {
-        const GreyWindow all = window_of({}, subject.range);
-        add("all values", all.low, all.high);
-    };
-    const auto usual = window_of(default_slice_transfer(loaded), subject.range);
-    const auto add_usual = [&](const std::string& before) {
+    const GreyWindow all = window_of({}, subject.range);
+    const GreyWindow usual = window_of(default_slice_transfer(loaded), subject.range);
+    if (loaded.modality == "CT" || (loaded.modality.empty() && seems_hu(subject.range))) {
         const double zero = zero_hu(loaded);
         struct Usual {
             const char* name;
@@ -128,18 +117,13 @@ void add_windows(Subject& subject, const LoadedScene& loaded) {
                                {"liver", 90, 150},
                                {"bone", 480, 2500},
                                {"brain", 40, 80}})
-            add(before + w.name, zero + w.level - 0.5 * w.width, zero + w.level + 0.5 * w.width);
-    };
-    if (loaded.modality == "CT") {
-        add_usual("");
-        add_all();
-    } else {
-        add("default", usual.low, usual.high);
-        add_all();
-        if (loaded.modality.empty() && seems_hu(subject.range))
-            add_usual("CT ");
+            add(w.name, {zero + w.level - 0.5 * w.width, zero + w.level + 0.5 * w.width});
+        add("all values", all);
+    } else if (usual == all) {
+        return add("all values", all);
     }
-    list_once(subject.windows, subject.window_names);
+    add("default", usual);
+    add("all values", all);
 }
 
 // Takes back all steps that came with a document, and does them again; the grey values between.

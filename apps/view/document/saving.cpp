@@ -1,5 +1,7 @@
 #include "apps/view/document/saving.h"
 
+#include <unistd.h>
+
 #include <filesystem>
 
 #include "apps/view/document/free_name.h"
@@ -11,13 +13,21 @@ namespace {
 
 constexpr std::chrono::minutes kAutosave(5); // of the volumes; steps are kept at once
 
-std::string folder_beside(const std::string& title) {
+// Beside the volume; in the current folder where nothing can be written there.
+std::string folder_beside(const std::string& path, const std::string& title) {
     std::filesystem::path name(title);
     if (name.extension() == ".gz")
         name.replace_extension();
     const std::string stem = name.stem().string();
-    return std::filesystem::absolute(stem.empty() || is_synthetic(title) ? "work.palpate"
-                                                                         : stem + ".palpate")
+    const std::string project = stem.empty() || is_synthetic(title) ? "work" : stem;
+    std::error_code ignored;
+    const std::filesystem::path beside =
+        is_synthetic(path) || path.empty()
+            ? std::filesystem::path()
+            : std::filesystem::absolute(path, ignored).lexically_normal().parent_path();
+    const bool is_writable = !beside.empty() && ::access(beside.c_str(), W_OK) == 0;
+    return std::filesystem::absolute((is_writable ? beside : ".") / (project + ".palpate"))
+        .lexically_normal()
         .string();
 }
 
@@ -26,7 +36,7 @@ std::string folder_beside(const std::string& title) {
 Saving::Saving(OpenDocument& document, std::optional<Project::Opened> opened)
     : document_(document),
       opened_(document.edited().document),
-      new_folder_(folder_beside(document.title())) {
+      new_folder_(folder_beside(document.path(), document.title())) {
     if (opened)
         take(std::move(opened->project));
 }
@@ -53,6 +63,10 @@ bool Saving::leaving_loses_steps() {
     Document same = now.document;
     same.notes = opened_.notes;
     return document_.steps_file().recovered() > 0 || !same.is_same_as(opened_) || were != at_first;
+}
+
+Message Saving::saved_text() const {
+    return project_ ? "saved to " + Message::name(project_->folder().string()) : Message();
 }
 
 bool Saving::is_saving() const {
@@ -114,8 +128,7 @@ void Saving::poll() {
     if (!project_)
         return;
     if (const std::optional<Result<void>> ended = project_->poll(session, profile::now_ns()))
-        document_.tell(*ended ? "saved to " + Message::name(project_->folder().string())
-                              : Message::why(ended->error()));
+        document_.tell(*ended ? saved_text() : Message::why(ended->error()));
 }
 
 Result<void> add_maps(Project::Opened& project) {

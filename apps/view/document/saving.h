@@ -21,6 +21,8 @@ class Saving {
 
     bool has_project() const { return project_.has_value(); }
     bool is_saving() const;
+    // "saved to FOLDER", of the project that is open; empty without one.
+    Message saved_text() const;
     // Whether steps are lost that no project has. What cuts and colours the view alone is no loss.
     bool leaving_loses_steps();
     // The folder of a project that a save has made: once.

@@ -30,7 +30,7 @@ class Work : public OpenDocument {
     const HandLink& hand() const { return hand_; }
     Segmentation& segmentation() { return segmentation_; }
     const Segmentation& segmentation() const { return segmentation_; }
-    bool is_writing_labels() const { return label_export_.is_writing(); }
+    const LabelExport& label_export() const { return label_export_; }
     Saving& saving() { return saving_; }
     const Saving& saving() const { return saving_; }
     Figures& figures() { return figures_; }

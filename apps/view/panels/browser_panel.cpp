@@ -1,9 +1,10 @@
-// The browser of files, and what is being opened.
+// The browser of files.
 
 #include <imgui/imgui.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -33,11 +34,6 @@ std::string date_text(int64_t modified_s) {
         std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &day) == 0)
         return "";
     return text.data();
-}
-
-void type(TypedText& typed, const std::string& text) {
-    typed = {};
-    text.copy(typed.data(), typed.size() - 1);
 }
 
 void browse(Browser& panel, const fs::path& folder) {
@@ -82,6 +78,18 @@ std::string sought(const Browser& panel) {
     return text.find('/') == std::string::npos ? text : "";
 }
 
+// The second press of a double click that has entered a folder takes nothing out of the new list.
+void follow_presses(Browser& panel, double time_s) {
+    constexpr double kDoubleClick_s = 0.5, kNear_px = 6.0;
+    if (!ImGui::IsMouseClicked(ImGuiMouseButton_Left))
+        return;
+    const ImVec2 at = ImGui::GetMousePos();
+    panel.entered_again =
+        time_s - panel.entered_s < kDoubleClick_s &&
+        std::hypot(at.x - panel.pressed_px.x, at.y - panel.pressed_px.y) < kNear_px;
+    panel.pressed_px = {at.x, at.y};
+}
+
 struct Choice { // of a frame
     fs::path folder{}, file{};
     std::string pointed{}; // the file under the pointer
@@ -107,6 +115,34 @@ void draw_file_tip(Widgets& ui, const std::string& name, const std::string& path
         }
     }
     ImGui::EndTooltip();
+}
+
+// Where a person goes on: the folder of the file that was opened last, once; else as before.
+fs::path first_folder(Browser& panel, const std::vector<std::string>& recent) {
+    const std::string last = recent.empty() ? "" : recent.front();
+    std::error_code ignored;
+    const fs::path folder = fs::path(last).parent_path();
+    if (std::exchange(panel.opened_last, last) != last && fs::is_directory(folder, ignored))
+        return folder;
+    return panel.folder.empty() ? fs::current_path() : fs::path(panel.folder);
+}
+
+void draw_recent(Widgets& ui, const std::vector<std::string>& recent, Choice& choice) {
+    if (recent.empty())
+        return;
+    ImGui::Spacing();
+    ImGui::TextDisabled("opened last");
+    constexpr size_t kMost = 8;
+    for (size_t i = 0; i < std::min(recent.size(), kMost); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        const std::string name = fs::path(recent[i]).filename().string();
+        if (ImGui::Selectable(fitted(name, ImGui::GetContentRegionAvail().x).c_str()))
+            choice.file = recent[i];
+        if (ImGui::IsItemHovered())
+            ImGui::SetTooltip("%s", recent[i].c_str());
+        ui.note(fmt::format("browser/recent/{}", i));
+        ImGui::PopID();
+    }
 }
 
 void draw_places(Widgets& ui, const Browser& panel, Choice& choice) {
@@ -147,9 +183,9 @@ void draw_entries(Widgets& ui, Browser& panel, bool names, const FilePreview& pr
                   Choice& choice) {
     const std::vector<size_t> listed =
         listed_entries(panel.entries, names ? "" : sought(panel), panel.all_files || names);
-    if (!ImGui::BeginTable(
-            "entries", 3,
-            ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit))
+    if (!ImGui::BeginTable("entries", 3,
+                           ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
+                               ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_PadOuterX))
         return;
     ImGui::TableSetupScrollFreeze(0, 1);
     ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch);
@@ -175,7 +211,7 @@ void draw_entries(Widgets& ui, Browser& panel, bool names, const FilePreview& pr
                 draw_file_tip(ui, name, path, preview);
             }
             ui.note(fmt::format("browser/{}", entry.name));
-            if (chosen) {
+            if (chosen && !panel.entered_again) {
                 const fs::path path = fs::path(panel.folder) / entry.name;
                 (entry.is_folder && !Project::is_one(path) ? choice.folder : choice.file) = path;
             }
@@ -185,6 +221,15 @@ void draw_entries(Widgets& ui, Browser& panel, bool names, const FilePreview& pr
             ImGui::TextDisabled("%s", date_text(entry.modified_s).c_str());
             ImGui::PopID();
         }
+    if (listed.empty()) {
+        ImGui::TableNextRow();
+        ImGui::TableNextColumn();
+        hint(panel.entries.empty() ? "this folder is empty"
+             : sought(panel).empty() || names
+                 ? "no folder, and no file that can be opened: \"all files\" lists the others"
+                 : "no name here has these letters");
+        ui.note("browser/none");
+    }
     ImGui::EndTable();
 }
 
@@ -234,9 +279,7 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
     const bool names = state.browsing == Browsing::name;
     if (begins) { // as it is now
         const fs::path named = names ? fs::absolute(ui.named.second) : fs::path();
-        browse(panel, names                  ? named.parent_path()
-                      : panel.folder.empty() ? fs::current_path()
-                                             : fs::path(panel.folder));
+        browse(panel, names ? named.parent_path() : first_folder(panel, recent));
         panel.places = browser_places(
             home(), state.names_hidden ? std::vector<std::string>{} : recent, mounts());
         type(panel.typed, names ? named.filename().string() : "");
@@ -246,6 +289,7 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
                       0.75f * static_cast<float>(state.size_px.y));
     ImGui::SetNextWindowSize(size);
     begin_dialog(title_of(state.browsing), &state.browser_open, state, ImGuiWindowFlags_NoResize);
+    follow_presses(panel, ui.time_s);
     Choice choice;
     if (ImGui::Button("up"))
         choice.folder = fs::path(panel.folder).parent_path();
@@ -277,6 +321,11 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
     const float room = ImGui::GetContentRegionAvail().x;
     if (ImGui::BeginChild("places", ImVec2(0.22f * room, 0.0f)))
         draw_places(ui, panel, choice);
+    if (!names && !state.names_hidden) {
+        ImGui::PushID("recent");
+        draw_recent(ui, recent, choice);
+        ImGui::PopID();
+    }
     ImGui::EndChild();
     ImGui::SameLine();
     if (ImGui::BeginChild("list"))
@@ -295,6 +344,7 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
         state.pointed_file = panel.pointed;
     if (!choice.folder.empty()) {
         browse(panel, choice.folder);
+        panel.entered_s = ui.time_s;
         if (!names)
             type(panel.typed, "");
         return;
@@ -313,51 +363,6 @@ void draw_browser(Widgets& ui, Browser& panel, const std::vector<std::string>& r
         case Browsing::name:
             ui.named = {state.naming, std::move(path)};
     }
-}
-
-void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char* first,
-               const char* button, ViewState& state) {
-    const bool chooses = state.browser_open && state.browsing == Browsing::name;
-    if (ui.named.first == id && !chooses)
-        type(typed, std::exchange(ui.named, {}).second);
-    if (typed[0] == '\0')
-        type(typed, first);
-    const auto width = [](const char* text) {
-        return ImGui::CalcTextSize(text).x + 2.0f * ImGui::GetStyle().FramePadding.x +
-               ImGui::GetStyle().ItemSpacing.x;
-    };
-    ImGui::PushID(id.c_str());
-    ImGui::SetNextItemWidth(-(width("..") + width(button)));
-    ImGui::InputText("##name", typed.data(), typed.size(), ImGuiInputTextFlags_AutoSelectAll);
-    ui.note(id);
-    ImGui::SameLine();
-    if (ImGui::Button("..")) {
-        ui.named = {id, typed.data()};
-        state.naming = id;
-        state.browsing = Browsing::name;
-        state.browser_open = true;
-    }
-    ui.note(fmt::format("{}/choose", id));
-    ImGui::PopID();
-}
-
-// While a file is read.
-void draw_opening(Widgets& ui, const ViewState& state) {
-    if (state.opening.empty())
-        return;
-    begin_dialog("Opening", nullptr, state);
-    if (!state.names_hidden)
-        ImGui::TextUnformatted(state.opening.c_str());
-    const double seconds = std::max(0.0, ui.time_s - state.opening_since_s);
-    const std::string shown = state.opening_share > 0.0
-                                  ? fmt::format("{:.0f} % {}", 100.0 * state.opening_share,
-                                                time_left_text(state.opening_share, seconds))
-                                  : fmt::format("{:.0f} s", seconds);
-    ImGui::ProgressBar(static_cast<float>(state.opening_share),
-                       ImVec2(18.0f * ImGui::GetFontSize(), 0.0f), shown.c_str());
-    ui.note("opening/share");
-    ui.button("cancel", "opening/cancel", order::CancelOpening{});
-    ImGui::End();
 }
 
 } // namespace palpate::view

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/view/document/free_name.h"
 #include "apps/view/panels/widgets.h"
 #include "engine/session/default_scene.h"
 
@@ -84,6 +85,18 @@ void draw_choices(Widgets& ui, ExportSetup& setup, const ViewState& state, Work&
 
 } // namespace
 
+std::string surface_file_name(const ExportSetup& setup, const ViewState& state, Work& work) {
+    if (setup.of_label) {
+        const std::string name = name_of_label(state.notes, state.label);
+        return (name.empty() ? fmt::format("label-{}", state.label) : file_word(name)) + ".stl";
+    }
+    const double value = setup.made.iso.value_or(work.session().parameters().iso);
+    for (const ListedIso& one : state.iso.list)
+        if (one.surface.value == value && !one.name.empty())
+            return file_word(one.name) + ".stl";
+    return fmt::format("surface_{:.5g}.stl", value);
+}
+
 void draw_export_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work) {
     ExportSetup& setup = state.exporting;
     draw_choices(ui, setup, state, work);
@@ -93,13 +106,14 @@ void draw_export_panel(Widgets& ui, TypedText& file, ViewState& state, Work& wor
         ui.button("cancel", "export/cancel", order::StopMesh{});
         return;
     }
-    name_file(ui, "export/file", file, "surface.stl", "write", state);
+    name_file(ui, "export/file", file, surface_file_name(setup, state, work), "write", state);
     ImGui::SameLine();
     MeshExport wanted = setup.made;
     wanted.label = state.label;
     if (setup.is_cut)
         wanted.within = state.notes.clip_planes;
     ui.button("write", "export/write", order::ExportMesh{wanted, file.data()});
+    draw_result(ui, "export/result", work.mesh_writing().last(), state);
 }
 
 } // namespace palpate::view

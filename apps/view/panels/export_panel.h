@@ -8,4 +8,7 @@ namespace palpate::view {
 // is.
 void draw_export_panel(Widgets& ui, TypedText& file, ViewState& state, Work& work);
 
+// The name that is proposed: of the surface that is chosen, "bone.stl".
+std::string surface_file_name(const ExportSetup& setup, const ViewState& state, Work& work);
+
 } // namespace palpate::view

@@ -60,6 +60,7 @@ void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state) {
     name_file(ui, "figure/file", file, "figure.png", "write", state);
     ImGui::SameLine();
     ui.button("write", "figure/write", order::PrintFigure{file.data()});
+    draw_result(ui, "figure/result", figure.told, state);
 }
 
 } // namespace palpate::view

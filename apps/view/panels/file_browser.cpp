@@ -7,7 +7,6 @@
 #include <cctype>
 #include <chrono>
 #include <span>
-#include <tuple>
 
 #include "apps/view/window/settings.h"
 #include "engine/base/file.h"
@@ -41,17 +40,52 @@ Result<std::vector<BrowserEntry>> list_folder(const fs::path& folder) {
     return entries;
 }
 
+// "2.nii" before "10.nii": digits that follow each other are a number; of equal ones the bytes.
+static bool is_before(const std::string& a, const std::string& b) {
+    const auto is_digit = [](char letter) {
+        return std::isdigit(static_cast<unsigned char>(letter)) != 0;
+    };
+    const auto number_end = [&](const std::string& text, size_t from) {
+        return static_cast<size_t>(
+            std::find_if_not(text.begin() + static_cast<ptrdiff_t>(from), text.end(), is_digit) -
+            text.begin());
+    };
+    size_t i = 0, j = 0;
+    while (i < a.size() && j < b.size()) {
+        if (!is_digit(a[i]) || !is_digit(b[j])) {
+            if (a[i] != b[j])
+                return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+            ++i, ++j;
+            continue;
+        }
+        const size_t a_end = number_end(a, i), b_end = number_end(b, j);
+        const size_t a_begin = std::min(a.find_first_not_of('0', i), a_end),
+                     b_begin = std::min(b.find_first_not_of('0', j), b_end);
+        if (a_end - a_begin != b_end - b_begin)
+            return a_end - a_begin < b_end - b_begin;
+        if (const int order = a.compare(a_begin, a_end - a_begin, b, b_begin, b_end - b_begin))
+            return order < 0;
+        i = a_end;
+        j = b_end;
+    }
+    return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
+}
+
 void sort_entries(std::vector<BrowserEntry>& entries, EntryOrder order, bool falls) {
     const auto less = [&](const BrowserEntry& a, const BrowserEntry& b) {
         switch (order) {
             case EntryOrder::size:
-                return std::tie(a.bytes, a.name) < std::tie(b.bytes, b.name);
+                if (a.bytes != b.bytes)
+                    return a.bytes < b.bytes;
+                break;
             case EntryOrder::date:
-                return std::tie(a.modified_s, a.name) < std::tie(b.modified_s, b.name);
+                if (a.modified_s != b.modified_s)
+                    return a.modified_s < b.modified_s;
+                break;
             case EntryOrder::name:
                 break;
         }
-        return a.name < b.name;
+        return is_before(a.name, b.name);
     };
     std::sort(entries.begin(), entries.end(), [&](const BrowserEntry& a, const BrowserEntry& b) {
         return a.is_folder != b.is_folder ? a.is_folder : falls ? less(b, a) : less(a, b);
@@ -69,6 +103,12 @@ bool may_be_opened(const std::string& name) {
                                          ".mha",  ".mhd",     ".vtk",   ".vti", ".mgh",  ".mgz",
                                          ".pbv",  ".inv3",    ".dcm",   ".ima", ".tif",  ".tiff",
                                          ".json", ".palpate", ".dicom", ".acr"};
+    // Names without an ending that are no image's.
+    static constexpr std::array kTexts{"sha256sums", "sha512sums", "sha1sums", "md5sums",
+                                       "readme",     "license",    "licence",  "copying",
+                                       "changelog",  "authors",    "makefile"};
+    if (std::ranges::find(kTexts, lower_case(name)) != kTexts.end())
+        return false;
     const std::string ending = lower_case(fs::path(name).extension());
     return std::all_of(ending.begin() + !ending.empty(), ending.end(),
                        [](unsigned char letter) { return std::isdigit(letter); }) ||

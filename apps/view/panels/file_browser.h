@@ -17,17 +17,19 @@ struct BrowserEntry {
 
     friend bool operator==(const BrowserEntry&, const BrowserEntry&) = default;
 };
-// Folders first, each by name in the order of bytes; names that begin with a dot are left out. What
+// Folders first, each by name; names that begin with a dot are left out. What
 // cannot be looked at (a broken link, say) is listed as a file of 0 bytes. An error where the
 // folder cannot be read.
 Result<std::vector<BrowserEntry>> list_folder(const std::filesystem::path& folder);
 
 enum class EntryOrder { name, size, date };
-// Folders first; of what is equal in size or date, by name. `falls`: the largest or newest first.
+// Folders first; names in the order of bytes, but numbers in them by their values: 1, 2, 10. Of
+// what is equal in size or date, by name. `falls`: the largest or newest first.
 void sort_entries(std::vector<BrowserEntry>& entries, EntryOrder order, bool falls);
 
 // Whether a file may be one that is opened, by its name: a known ending, or one that says nothing,
-// as files of DICOM have (none, or digits alone). A picture alone is no volume.
+// as files of DICOM have (none, or digits alone), unless it is a usual name of a text, such as
+// SHA256SUMS. A picture alone is no volume.
 bool may_be_opened(const std::string& name);
 
 // How many files are pictures, by their names: those of a folder may be the slices of a volume.

@@ -12,7 +12,7 @@ namespace palpate::view {
 
 // Steps that were done, and below the present, dimmed, those that can be redone. A click goes
 // there.
-void draw_steps_section(Widgets& ui, Work& work) {
+void draw_steps_section(Widgets& ui, size_t& shown_step, Work& work) {
     const EditState edit = work.edited();
     const std::vector<std::string> titles = work.session().step_titles();
     const float row = ImGui::GetTextLineHeightWithSpacing();
@@ -31,6 +31,8 @@ void draw_steps_section(Widgets& ui, Work& work) {
                 ui.order(order::Redo{});
         }
         ui.note(fmt::format("file/step/{}", done));
+        if (done == edit.undo_steps && std::exchange(shown_step, done) != done)
+            ImGui::SetScrollHereY(0.5f);
         if (is_redo)
             ImGui::PopStyleColor();
         ImGui::PopID();

@@ -269,10 +269,20 @@ void Widgets::progress(const std::string& id, double share, const std::string& w
                                          100.0 * share, left.empty() ? "" : ", ", left);
     const float width = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(room).x -
                         2.0f * ImGui::GetStyle().FramePadding.x - ImGui::GetStyle().ItemSpacing.x;
+    // Whole words: the bar cuts what reaches into its ends.
+    const float letters = width - 2.0f * ImGui::GetStyle().ItemInnerSpacing.x;
+    std::string shown = text;
+    for (const std::string& shorter :
+         {left.empty() ? what : fmt::format("{:.0f} %, {}", 100.0 * share, left),
+          fmt::format("{:.0f} %", 100.0 * share)})
+        if (ImGui::CalcTextSize(shown.c_str()).x > letters)
+            shown = shorter;
     ImGui::ProgressBar(static_cast<float>(share), ImVec2(std::max(width, 1.0f), 0.0f),
-                       fitted(text, width).c_str());
-    if (ImGui::IsItemHovered())
+                       shown.c_str());
+    if (ImGui::IsItemHovered() && shown != text) { // above the bar and the pointer
+        ImGui::SetNextWindowPos(ImGui::GetItemRectMin(), ImGuiCond_Always, ImVec2(0.0f, 1.0f));
         ImGui::SetTooltip("%s", text.c_str());
+    }
     note(id);
 }
 
@@ -284,6 +294,8 @@ void Widgets::check(const char* text, const std::string& id, bool& is_on) {
 void Interface::begin_document() {
     status_.message.clear();
     side_.labels.sought = {};
+    // Names of files are proposed anew.
+    side_.labels.file = side_.measures_file = side_.files.figure_file = side_.files.mesh_file = {};
 }
 
 std::vector<Order> Interface::frame(const std::vector<Event>& events, double time_s,

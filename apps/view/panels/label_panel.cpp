@@ -317,7 +317,7 @@ void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& wo
 }
 
 // To a file, whose name says what: all labels, or the surface of the one that is chosen.
-void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state) {
+void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state, Work& work) {
     name_file(ui, "labels/file", panel.file, "labels.nii.gz", "export", state);
     ImGui::SameLine();
     if (ImGui::Button("export"))
@@ -328,6 +328,7 @@ void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state) 
                           ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
     ui.note("labels/export");
     ui.check("surfaces: each label in a file", "labels/each", panel.each);
+    draw_result(ui, "labels/result", work.label_export().last(), state);
 }
 
 } // namespace palpate::view

@@ -29,6 +29,7 @@ struct Widgets {
     bool scrolls_to = false;                     // and scrolled to, until it is seen
     bool presses = false;                        // and pressed in this frame: by Enter
     std::pair<std::string, std::string> named{}; // the id of a field, and what the browser gives it
+    std::map<std::string, std::string> proposed{}; // names of files, by the ids of their fields
 
     void order(Order one) { orders.push_back(std::move(one)); }
     // Keeps the last widget's place. Under the pointer it has the tooltip of widget_help().
@@ -56,6 +57,7 @@ std::string time_left_text(double share, double seconds);
 std::string about_text(double seconds); // "about 40 s"
 
 using TypedText = std::array<char, 1024>;
+void type(TypedText& typed, const std::string& text); // in the place of what is there
 
 struct WindowEnds {        // of drag_ends()
     GreyWindow before{};   // a field was taken hold of
@@ -69,6 +71,7 @@ struct LabelPanel {
 struct FilesPanel {
     std::vector<std::string> recent{}, listed{}; // listed: as they were when the pointer came
     TypedText figure_file{}, mesh_file{}, session_file{};
+    size_t shown_step = 0; // to which the list of steps was scrolled
 };
 struct TouchPanel {
     std::vector<std::string> devices{}; // as they were at a time
@@ -89,9 +92,13 @@ struct Browser {
     TypedText typed{};
     EntryOrder order = EntryOrder::name;
     bool falls = false, all_files = false;
-    bool was_open = false; // in the last frame
-    std::string pointed{}; // a file's row, and since when
+    bool was_open = false;     // in the last frame
+    std::string opened_last{}; // when it was opened
+    std::string pointed{};     // a file's row, and since when
     double pointed_s = 0.0;
+    double entered_s = -1e9;    // when the folder was gone into
+    glm::vec2 pressed_px{};     // where the button was pressed last
+    bool entered_again = false; // by the second press of a double click
 };
 struct SearchBox {
     std::array<char, 128> typed{};
@@ -129,7 +136,7 @@ void draw_appearance_section(Widgets& ui, ViewState& state);
 void draw_brush_section(Widgets& ui, ViewState& state);
 void draw_mask_section(Widgets& ui, WindowEnds& ends, ViewState& state, Work& work);
 void draw_label_panel(Widgets& ui, LabelPanel& panel, ViewState& state, Work& work);
-void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state);
+void draw_label_files_section(Widgets& ui, LabelPanel& panel, ViewState& state, Work& work);
 void draw_seeds_section(Widgets& ui, ViewState& state);
 void draw_method_section(Widgets& ui, bool& bound_held, ViewState& state, Work& work);
 void draw_segment_foot(Widgets& ui, ViewState& state, Work& work);
@@ -143,7 +150,7 @@ void draw_forces_section(Widgets& ui, ViewState& state, Work& work);
 void draw_files_section(Widgets& ui, FilesPanel& panel, ViewState& state, Work& work);
 void draw_figure_panel(Widgets& ui, TypedText& file, ViewState& state);
 void draw_session_panel(Widgets& ui, TypedText& file, ViewState& state);
-void draw_steps_section(Widgets& ui, Work& work);
+void draw_steps_section(Widgets& ui, size_t& shown_step, Work& work);
 void draw_series_list(Widgets& ui, ViewState& state, Work& work);
 
 // Windows beside and over the views.
@@ -164,9 +171,14 @@ void draw_hints(Widgets& ui, HintsPanel& panel, ViewState& state, bool has_paged
 
 // Parts that several panels have.
 // A field for the name of a file that is written, a button that opens the browser for it, and room
-// for the button that writes it. `first` is offered.
-void name_file(Widgets& ui, const std::string& id, TypedText& typed, const char* first,
+// for the button that writes it. `name` is proposed, and as long as the field has a proposed name
+// it follows; a folder before it stays.
+void name_file(Widgets& ui, const std::string& id, TypedText& typed, const std::string& name,
                const char* button, ViewState& state);
+// Opens the browser, which gives the field of this id a name in its place.
+void browse_for_name(Widgets& ui, const std::string& id, const std::string& name, ViewState& state);
+// What has become of the last long work of a section; nothing, while there was none.
+void draw_result(Widgets& ui, const std::string& id, const Message& told, const ViewState& state);
 struct IconButton {
     std::string id{};
     Icon icon = Icon::none;

@@ -4,6 +4,7 @@
 #include <imgui/imgui.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "apps/view/panels/panels.h"
 #include "apps/view/panels/widgets.h"
@@ -54,6 +55,14 @@ void draw_file_question(Widgets& ui, ViewState& state, const Work& work) {
         state.file_question.reset();
 }
 
+// Whether a file may hold labels, by its name: no folder, scene, project or picture does.
+bool may_hold_labels(const std::filesystem::path& path) {
+    std::error_code ignored;
+    return !path.empty() && !is_synthetic(path.string()) && may_be_opened(path.filename()) &&
+           !path.extension().string().starts_with(".json") &&
+           !std::filesystem::is_directory(path, ignored);
+}
+
 } // namespace
 
 void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work) {
@@ -71,15 +80,15 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
             ImGui::TextUnformatted(fmt::format("The pulled mesh is put into label {} first.",
                                                work.mesh_pulling().mesh()->label())
                                        .c_str());
-        if (ImGui::Button("save")) {
+        if (ui.primary("save", "leave/save", state)) {
             state.leaving->saving = true;
             state.leaving->applying = pulled;
             ui.order(pulled ? Order(order::ApplyMesh{}) : order::Save{});
         }
-        ui.note("leave/save");
         ImGui::SameLine();
         ui.button("discard", "leave/discard", order::Leave{});
-        if (!state.leaving->closes && !state.leaving->path.empty()) { // nothing is lost then
+        if (!state.leaving->closes &&
+            may_hold_labels(state.leaving->path)) { // nothing is lost then
             ImGui::SameLine();
             if (ui.button("lay over as labels", "leave/over",
                           order::OpenLabels{state.leaving->path}))
@@ -100,9 +109,7 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
                                            steps, steps == 1 ? "" : "s",
                                            steps == 1 ? "it was" : "they were")
                                    .c_str());
-        if (ImGui::Button("keep"))
-            open = false;
-        ui.note("recovered/keep");
+        open &= !ui.primary("keep", "recovered/keep", state);
         ImGui::SameLine();
         if (ImGui::Button("undo them")) {
             for (size_t i = 0; i < steps; ++i)
@@ -126,10 +133,16 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
         }
         if (std::exchange(state.saving_typing, false))
             ImGui::SetKeyboardFocusHere();
+        if (ui.named.first == "save/folder" && !state.browser_open)
+            type(folder, std::exchange(ui.named, {}).second);
         ImGui::SetNextItemWidth(0.5f * static_cast<float>(state.size_px.x));
-        const bool entered = ImGui::InputText("folder", folder.data(), folder.size(),
+        const bool entered = ImGui::InputText("##folder", folder.data(), folder.size(),
                                               ImGuiInputTextFlags_EnterReturnsTrue);
         ui.note("save/folder");
+        ImGui::SameLine();
+        if (ImGui::Button(".."))
+            browse_for_name(ui, "save/folder", folder.data(), state);
+        ui.note("save/folder/choose");
         if (!state.saving_failed.empty()) {
             ImGui::PushTextWrapPos(0.5f * static_cast<float>(state.size_px.x));
             ImGui::TextColored(accent(state), "%s",
@@ -137,11 +150,10 @@ void draw_questions(Widgets& ui, TypedText& folder, ViewState& state, Work& work
             ImGui::PopTextWrapPos();
             ui.note("save/failed");
         }
-        if (ImGui::Button("save") || entered || state.saving_entered) {
+        if (ui.primary("save", "save/save", state) || entered || state.saving_entered) {
             ui.order(order::Save{folder.data()});
             state.saving_open = false;
         }
-        ui.note("save/save");
         ImGui::SameLine();
         if (ImGui::Button("cancel"))
             state.saving_open = false;

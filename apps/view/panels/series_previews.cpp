@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/window/slice_view.h"
 #include "engine/base/failure.h"
 #include "engine/base/percentile.h"
 #include "engine/session/default_scene.h"
@@ -31,20 +32,57 @@ GreyRange window_of(const LoadedVolume& loaded, std::vector<double> values) {
 
 } // namespace
 
+// The plane of a picture: as the axial view has it, or, of a single image and of samples that are
+// much finer in another plane, in the plane of the image, turned as the view of it is.
+static SliceView preview_plane(const Grid& grid) {
+    constexpr double kMostUneven = 3.0;
+    const std::array<SliceView, kSlicePanels> views = slice_views(grid);
+    const glm::dvec3 spacing = spacing_mm(grid);
+    const auto along = [&](const SliceView& view) { // the axis of the samples
+        size_t nearest = 0;
+        double most = -1.0;
+        for (size_t axis = 0; axis < 3; ++axis)
+            if (const double part =
+                    std::abs(glm::dot(view.towards,
+                                      glm::dvec3(grid.world_from_index[static_cast<int>(axis)]))) /
+                    spacing[static_cast<int>(axis)];
+                part > most) {
+                most = part;
+                nearest = axis;
+            }
+        return nearest;
+    };
+    const size_t axial = along(views[0]);
+    const double first = spacing[(axial + 1) % 3], second = spacing[(axial + 2) % 3];
+    if (axial == 2 ||
+        (grid.size.z > 1 && std::max(first, second) <= kMostUneven * std::min(first, second)))
+        return views[0];
+    return *std::ranges::find_if(views, [&](const SliceView& view) { return along(view) == 2; });
+}
+
 std::vector<std::byte> preview_of(const LoadedVolume& loaded, uint32_t side_px) {
     const Volume& volume = loaded.volume;
     const Grid& grid = volume.grid();
-    const glm::dvec2 spacing(spacing_mm(grid)), size(grid.size);
-    const glm::dvec2 extent_mm = size * spacing;
-    const double mm_per_px = std::max(extent_mm.x, extent_mm.y) / side_px;
+    const SliceView plane = preview_plane(grid);
+    const glm::dvec3 size(grid.size), middle = 0.5 * (size - 1.0);
+    const glm::dmat3 axes(grid.world_from_index);
+    const auto extent_mm = [&](glm::dvec3 direction) {
+        const glm::dvec3 parts = glm::transpose(axes) * direction;
+        return glm::dot(glm::abs(parts), size);
+    };
+    const double mm_per_px = std::max(extent_mm(plane.right), extent_mm(plane.up)) / side_px;
+    const glm::dmat3 index_from_mm = glm::inverse(axes);
+    constexpr double kRounding = 1e-6; // of a sample: one halfway is the next one
     std::vector<double> values(size_t{side_px} * side_px, std::nan(""));
     for (uint32_t y = 0; y < side_px; ++y)
         for (uint32_t x = 0; x < side_px; ++x) {
-            const glm::dvec2 from_middle = glm::dvec2(x, y) + 0.5 - 0.5 * side_px;
-            const glm::dvec2 at = glm::floor(from_middle * mm_per_px / spacing + 0.5 * size);
-            if (at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y)
-                values[size_t{y} * side_px + x] =
-                    double{volume.value(glm::uvec3(at, grid.size.z / 2))};
+            const glm::dvec2 off = (glm::dvec2(x, y) + 0.5 - 0.5 * side_px) * mm_per_px;
+            const glm::dvec3 index =
+                middle + index_from_mm * (off.x * plane.right - off.y * plane.up);
+            const glm::dvec3 at = glm::floor(index + 0.5 + kRounding);
+            if (glm::all(glm::greaterThanEqual(at, glm::dvec3(0.0))) &&
+                glm::all(glm::lessThan(at, size)))
+                values[size_t{y} * side_px + x] = double{volume.value(glm::uvec3(at))};
         }
     const GreyRange window = window_of(loaded, values);
     std::vector<std::byte> rgba;

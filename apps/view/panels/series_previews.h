@@ -60,7 +60,9 @@ struct FilePreview {
 };
 
 // The middle slice of a volume as a square of 4 bytes a pixel (R, G, B, A), fitted by its size in
-// mm: a CT in its soft-tissue window, others between the 1st and the 99th percentile.
+// mm and turned as the window's view of that plane is, axial ones with the patient's right at the
+// left and the front above: a CT in its soft-tissue window, others between the 1st and the 99th
+// percentile.
 std::vector<std::byte> preview_of(const LoadedVolume& loaded, uint32_t side_px);
 
 } // namespace palpate::view

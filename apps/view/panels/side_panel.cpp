@@ -85,7 +85,7 @@ void draw_section(Widgets& ui, SidePanel& panel, Section section, ViewState& sta
         case Section::files:
             return draw_files_section(ui, panel.files, state, work);
         case Section::label_files:
-            return draw_label_files_section(ui, panel.labels, state);
+            return draw_label_files_section(ui, panel.labels, state, work);
         case Section::print:
             return draw_export_panel(ui, panel.files.mesh_file, state, work);
         case Section::figure:
@@ -93,7 +93,7 @@ void draw_section(Widgets& ui, SidePanel& panel, Section section, ViewState& sta
         case Section::session:
             return draw_session_panel(ui, panel.files.session_file, state);
         case Section::steps:
-            return draw_steps_section(ui, work);
+            return draw_steps_section(ui, panel.files.shown_step, work);
     }
 }
 

@@ -54,6 +54,9 @@ constexpr WidgetHelp kHelp[] = {
     {"volume/orthographic", "orthographic 3D",
      "parallel rays: things far away are not drawn smaller", "perspective projection camera"},
 
+    {"section/labels", "volume of a label in ml",
+     "the list of labels has the volume of each; below it stand the values in the chosen one",
+     "volumetry cm3 cc millilitre size statistics count"},
     {"labels/shown", "labels shown", "draws labels over slices and in 3D",
      "hide segmentation mask overlay"},
     {"labels/opacity", "opacity of labels",
@@ -183,7 +186,7 @@ constexpr WidgetHelp kHelp[] = {
     {"labels/file", "file of exported labels",
      "all labels as .nii.gz, .nrrd, .mha or, of an open DICOM series, .dcm (SEG) and rtstruct.dcm; "
      "the surface of the chosen one as .stl, .ply, .obj or .vtp",
-     ""},
+     "SEG RTSTRUCT NIfTI NRRD export save write segmentation"},
     {"labels/each", "surfaces of all labels",
      "the export writes the surface of each label to a file of its own, named by the label",
      "many STL multiple segments"},
@@ -233,7 +236,8 @@ constexpr WidgetHelp kHelp[] = {
     {"mesh/reach", "patch that is pulled", "faces about the one in the hand that move with it", "",
      false},
 
-    {"measure/ruler", "ruler", "two points: their distance in mm", "length distance line measure"},
+    {"measure/ruler", "ruler", "two points: their distance in mm",
+     "length distance line measure mm caliper"},
     {"measure/angle", "angle", "three points: the angle at the second", "measure"},
     {"measure/polygon", "polygon", "area, perimeter and the statistics of values inside",
      "region ROI area measure"},
@@ -260,6 +264,7 @@ constexpr WidgetHelp kHelp[] = {
     {"welcome/open", "open a file or a folder",
      "a volume, a scene, a project, or a folder of DICOM files", "", false},
     {"file/save", "save to a project folder", "volume, labels, names, measures and steps", "store"},
+    {"save/folder/choose", "folder of the project", "chooses where the project is made", "", false},
     {"file/picture", "picture of the window", "writes a PNG into the current folder",
      "screenshot snapshot capture"},
     {"section/session", "record and play a session",

@@ -225,7 +225,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         state.w_held = event.down && !event.for_widget && !state.saving_open;
     if (event.down && press.is("escape") && state.stylus.on) // also while text is typed
         press.order(order::DisarmHand{});
-    if (event.down && state.saving_open && !state.drag)
+    if (event.down && state.saving_open && !state.browser_open && !state.drag)
         return use_saving_key(press);
     if (!event.down || event.for_widget)
         return;

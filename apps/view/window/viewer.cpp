@@ -74,17 +74,22 @@ void Viewer::begin(Source source) {
         state_.layout = Layout::volume;
         state_.tools_open = state_.status_open = state_.bars_open = state_.notes_shown = false;
     }
-    if (options_.keep_small_picture && !names_hidden)
-        attempt_part("small picture", [&] {
-            const LoadedScene& now = work_->loaded();
-            const LoadedVolume shown{now.data.volume, {}, {}, now.modality, {}, {}, now.inverted};
-            options_.keep_small_picture(work_->path(), preview_of(shown, SeriesPreviews::kSide_px));
-        });
+    if (!names_hidden)
+        keep_small_picture(work_->path());
     if (!options_.hand.device.empty()) {
         begin_hand(state_, work_->subject());
         work_->obey(order::StartHand{}, state_);
     }
     make_pictures();
+}
+
+void Viewer::keep_small_picture(const std::string& path) {
+    if (options_.keep_small_picture)
+        attempt_part("small picture", [&] {
+            const LoadedScene& now = work_->loaded();
+            const LoadedVolume shown{now.data.volume, {}, {}, now.modality, {}, {}, now.inverted};
+            options_.keep_small_picture(path, preview_of(shown, SeriesPreviews::kSide_px));
+        });
 }
 
 Viewer::~Viewer() {
@@ -195,8 +200,11 @@ void Viewer::follow_work() {
         ask_where_again();
         leave_when_saved();
         if (const std::string made = work_->saving().take_new_project();
-            !made.empty() && options_.recent)
+            !made.empty() && options_.recent) {
             interface_->set_recent(options_.recent(made));
+            if (!state_.names_hidden)
+                keep_small_picture(made);
+        }
     });
     attempt_part("notes", [&] {
         work_->follow_notes(state_,

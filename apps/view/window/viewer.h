@@ -129,6 +129,7 @@ class Viewer {
     void follow_text_scale();
     void keep_settings();
     void save_picture();
+    void keep_small_picture(const std::string& path); // of the volume, for lists of files
     void print_figure(const std::string& file);
     void follow_figure();          // how far it is, and that it is written
     void end_figure();             // stops what is being drawn, and waits for it
@@ -170,6 +171,7 @@ class Viewer {
     double liked_scale_ = 0.0;               // of texts, that a person has chosen; 0: none
     std::string last_failure_;               // of a part of a frame, and when it was
     double failed_s_ = -1e9;
+    Message saved_; // told with the next document: where the one before it was saved
     double pictures_failed_s_ = -1e9; // when memory for pictures had run out
     bool done_ = false;
     std::optional<ScriptOrder> script_order_;

@@ -68,8 +68,10 @@ void Viewer::leave_when_saved() {
         save({});
     else if (work_->leaving_loses_edits())
         state_.leaving.reset(); // the save was cancelled, or failed and says why
-    else
+    else {
+        saved_ = work_->saving().saved_text();
         leave();
+    }
 }
 
 // For a window without a file. Pictures come one after the other.
@@ -257,7 +259,8 @@ void Viewer::follow_figure() {
         return;
     if (figure_->written.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
         const Result<Message> told = figure_->written.get();
-        work_->tell(told ? *told : Message::why(told.error()));
+        state_.figure.told = told ? *told : Message::why(told.error());
+        work_->tell(state_.figure.told);
         figure_.reset();
     } else {
         state_.figure.share = static_cast<double>(figure_->drawn) / figure_->pictures;

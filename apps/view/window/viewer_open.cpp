@@ -129,6 +129,7 @@ static size_t images_beside(const std::filesystem::path& path) {
 
 void Viewer::tell_unopened(const Error& error) {
     const bool cancelled = opening_.is_cancelled();
+    saved_ = {};
     if (!cancelled)
         log::error("{}", error.message);
     work_->tell(cancelled ? "opening was cancelled" : Message::why(error));
@@ -209,6 +210,8 @@ void Viewer::show_opened(Source source, const std::string& path) {
         state_.file_question = {.about = FileQuestion::About::one_of_many,
                                 .path = std::filesystem::absolute(path).parent_path().string(),
                                 .images = images};
+    if (const Message saved = std::exchange(saved_, {}); !saved.empty())
+        work_->tell_also(saved);
     if (options_.recent)
         interface_->set_recent(options_.recent(path));
 }
