@@ -56,7 +56,7 @@ TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
     SegmentJob again{job.method, {}, volume, done.labels};
     again.again = done.strength;
     again.again->bound = done.strength->most;
-    again.locked = {1};
+    again.limits.spared = {1};
     const SegmentDone all = SegmentRun(again, false).take().value().value();
     EXPECT_FALSE(all.strength->is_unbounded);
     EXPECT_EQ(all.labels.value({14, 20, 16}), 1.0f);
@@ -133,7 +133,7 @@ TEST(SegmentRun, AReadyResultLeavesWhatWasDrawnMeanwhile) {
                : i == glm::uvec3(12, 12, 12) ? 5.0
                                              : double(before.value(i));
     });
-    later.locked = {3};
+    later.limits.spared = {3};
     const Volume both = SegmentRun(later, false).take().value().value().labels;
     for (uint32_t x = 0; x < 24; ++x)
         EXPECT_EQ(both.value({x, 12, 12}), x < 2     ? 1.0f

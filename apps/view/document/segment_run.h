@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/edit/spared.h"
 #include "engine/segment/arrival_threshold.h"
 #include "engine/segment/methods.h"
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "apps/view/panels/series_previews.h"
+#include "engine/base/assert.h"
 #include "engine/image/png.h"
 
 namespace palpate::view {
