@@ -324,7 +324,7 @@ std::vector<Filter> wall_filters() {
          "CUT",
          {},
          "the type of the input; u16 where it does not hold the label",
-         "a brick for each thread; of what is seen first a bit a sample",
+         "a brick for each thread; of what is seen first two bits a sample",
          nullptr,
          cut_by_outline,
          true,

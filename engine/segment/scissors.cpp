@@ -32,7 +32,7 @@ struct Rect {
 // edges of its own.
 class Stencil {
  public:
-    explicit Stencil(const Scissors& scissors)
+    Stencil(const Scissors& scissors, const Task& task)
         : towards_(glm::normalize(scissors.towards)), eye_mm_(scissors.eye_mm) {
         const glm::dvec3 away = glm::abs(towards_);
         glm::dvec3 axis(0.0);
@@ -43,12 +43,13 @@ class Stencil {
             corners_.push_back(seen_at(corner).value_or(glm::dvec2(NAN)));
             rect_.take(corners_.back());
         }
-        bands_.resize(std::clamp<size_t>(corners_.size(), 1, kMostBands));
+        const size_t count = corners_.size();
+        bands_.resize(std::clamp<size_t>(std::min(count, kMostEntries / count), 1, kMostBands));
         per_band_ = (rect_.high.y - rect_.low.y) / double(bands_.size());
-        for (size_t i = 0; i < corners_.size(); ++i) {
+        for (size_t i = 0; i < count && !task.stop.stop_requested(); ++i) {
             const glm::dvec2 a = corner(i), b = corner(i + 1);
             for (size_t at = band(std::min(a.y, b.y)); at <= band(std::max(a.y, b.y)); ++at)
-                bands_[at].push_back(i);
+                bands_[at].push_back(static_cast<uint32_t>(i));
         }
     }
 
@@ -67,7 +68,7 @@ class Stencil {
         if (!at || !(at->y >= rect_.low.y && at->y <= rect_.high.y))
             return false;
         bool inside = false;
-        for (const size_t edge : bands_[band(at->y)])
+        for (const uint32_t edge : bands_[band(at->y)])
             inside ^= crosses(corner(edge), corner(edge + 1), *at);
         return inside;
     }
@@ -106,6 +107,8 @@ class Stencil {
 
  private:
     static constexpr size_t kMostBands = 1024;
+    // An edge may lie in every band. So many entries take 64 MB, and twice that while they grow.
+    static constexpr size_t kMostEntries = size_t{1} << 24;
     static constexpr double kRounding = 1e-9;
 
     glm::dvec2 corner(size_t i) const { return corners_[i % corners_.size()]; }
@@ -118,15 +121,16 @@ class Stencil {
     std::optional<glm::dvec3> eye_mm_;
     std::vector<glm::dvec2> corners_;
     Rect rect_;
-    std::vector<std::vector<size_t>> bands_; // edges, by the corners at which they begin
+    std::vector<std::vector<uint32_t>> bands_; // edges, by the corners at which they begin
     double per_band_ = 0.0;
 };
 
-// Samples that may be erased, for what is seen of them.
+// Samples that may be erased, and those that hide others: all that are not 0.
 class Seen {
  public:
-    Seen(BitMask mask, const Grid& grid, bool is_parallel)
+    Seen(BitMask mask, BitMask hiding, const Grid& grid, bool is_parallel)
         : mask_(std::move(mask)),
+          hiding_(std::move(hiding)),
           index_from_mm_(index_from_world(grid)),
           most_(is_parallel ? kEndless : 1.0) {}
 
@@ -147,15 +151,14 @@ class Seen {
             steps[axis] += 1.0;
             if (at[axis] < 0 || at[axis] >= static_cast<int>(mask_.size()[axis]))
                 return true;
-            const bool is_set = mask_.has(glm::uvec3(at));
-            if (is_set && has_left)
+            has_left = has_left || !mask_.has(glm::uvec3(at));
+            if (has_left && hiding_.has(glm::uvec3(at)))
                 return false;
-            has_left = has_left || !is_set;
         }
     }
 
  private:
-    BitMask mask_;
+    BitMask mask_, hiding_;
     glm::dmat3 index_from_mm_;
     double most_; // of the way, in units of back_mm
 };
@@ -198,8 +201,13 @@ Result<void> check_scissors(const Volume& labels, const Scissors& s,
 // A cut at work: by bricks, in any order.
 class Cut {
  public:
-    Cut(const Volume& labels, const Scissors& scissors, std::span<const uint16_t> locked)
-        : labels_(labels), scissors_(scissors), stencil_(scissors), is_locked_(65536) {
+    Cut(const Volume& labels, const Scissors& scissors, std::span<const uint16_t> locked,
+        const Task& task)
+        : labels_(labels),
+          scissors_(scissors),
+          task_(task),
+          stencil_(scissors, task),
+          is_locked_(65536) {
         for (const uint16_t label : locked)
             is_locked_[label] = label != 0;
         const bool holds = visit_scalar(labels.type(), [&]<class T>(T) {
@@ -212,19 +220,21 @@ class Cut {
 
     // False: it was stopped.
     bool look(const Task& task) {
-        BitMask mask(labels_.size());
+        BitMask mask(labels_.size()), hiding(labels_.size());
         const glm::uvec3 size = labels_.size();
         const bool done = run_all(size.z, task, [&](size_t z) {
             std::vector<uint16_t> row(size.x);
             for (uint32_t y = 0; y < size.y; ++y) {
                 read_labels(labels_, glm::ivec3(0, y, z), glm::ivec3(size.x, 1, 1), row.data());
-                uint64_t* const bits = mask.row(y, z);
-                for (uint32_t x = 0; x < size.x; ++x)
+                uint64_t *const bits = mask.row(y, z), *const hides = hiding.row(y, z);
+                for (uint32_t x = 0; x < size.x; ++x) {
                     bits[x / 64] |= uint64_t{changes(row[x])} << x % 64;
+                    hides[x / 64] |= uint64_t{row[x] != 0} << x % 64;
+                }
             }
         });
         if (done)
-            seen_.emplace(std::move(mask), labels_.grid(), !scissors_.eye_mm);
+            seen_.emplace(std::move(mask), std::move(hiding), labels_.grid(), !scissors_.eye_mm);
         return done;
     }
 
@@ -266,7 +276,7 @@ class Cut {
         if (all && *all != wanted)
             return;
         for (uint32_t z = 0; z < valid.z; ++z)
-            for (uint32_t y = 0; y < valid.y; ++y)
+            for (uint32_t y = 0; y < valid.y && !task_.stop.stop_requested(); ++y)
                 for (uint32_t x = 0; x < valid.x; ++x) {
                     uint16_t& sample = samples[offset_in_brick({x, y, z})];
                     if (!changes(sample))
@@ -287,6 +297,7 @@ class Cut {
 
     const Volume& labels_;
     const Scissors& scissors_;
+    const Task& task_;
     Stencil stencil_;
     std::vector<bool> is_locked_;
     ScalarType type_{};
@@ -298,11 +309,15 @@ class Cut {
 Result<Volume> cut_labels(const Volume& labels, const Scissors& scissors,
                           std::span<const uint16_t> locked, const Task& task) {
     PALPATE_TRY(check_scissors(labels, scissors, locked));
-    Cut cut(labels, scissors, locked);
+    Cut cut(labels, scissors, locked, task);
     if (scissors.seen_first && !cut.look(task.part(0.0, 0.1)))
         return stopped();
-    return make_bricks(labels.grid(), cut.type(), task.part(scissors.seen_first ? 0.1 : 0.0, 1.0),
-                       [&](glm::uvec3 position) { return cut.brick(position); });
+    Result<Volume> made =
+        make_bricks(labels.grid(), cut.type(), task.part(scissors.seen_first ? 0.1 : 0.0, 1.0),
+                    [&](glm::uvec3 position) { return cut.brick(position); });
+    if (task.stop.stop_requested()) // a brick may be half done
+        return stopped();
+    return made;
 }
 
 Result<Scissors> parse_scissors(std::string_view text, const std::string& name) {

@@ -37,17 +37,17 @@ struct Scissors {
     // first corner, both ends included; none: all depths.
     std::optional<std::pair<double, double>> depths_mm{};
     // Samples alone that are seen first: on the line from the centre to the eye, through the boxes
-    // of samples about their centres, no sample that may be erased follows one that may not.
-    // Not of a fill.
+    // of samples about their centres, all are 0 after those that may be erased have ended. Not of a
+    // fill.
     bool seen_first = false;
 
     friend bool operator==(const Scissors&, const Scissors&) = default;
 };
 
-// The map after a cut. Samples of `locked` labels stay, and hide nothing. The map's own type, u16
+// The map after a cut. Samples of `locked` labels stay, and hide others. The map's own type, u16
 // where that does not hold the label; bricks that do not change stay shared. Refused: what is said
 // above, values that are no labels, a label of 0 or one that is locked, unless all are erased.
-// Memory: a brick for each thread, and a bit a sample for seen_first.
+// Memory: a brick for each thread, and two bits a sample for seen_first.
 Result<Volume> cut_labels(const Volume& labels, const Scissors& scissors,
                           std::span<const uint16_t> locked, const Task& task);
 

@@ -91,16 +91,17 @@ std::optional<glm::dvec2> place_seen(const CutCase& c, glm::dvec3 point) {
     return glm::dvec2(glm::dot(at, c.drawn.right), glm::dot(at, c.drawn.up));
 }
 
-// Whether the line from a sample to the eye meets boxes of samples that are in the set, and then
-// none after one that is not. Every box of the volume is clipped against the line by itself.
+// Whether the line from a sample to the eye meets boxes of samples that are in the set, and from
+// the first one that is not only samples of 0. Every box of the volume is clipped against the line
+// by itself.
 bool is_first_seen(const CutCase& c, const Grid& grid, const std::vector<bool>& in_set,
-                   size_t sample) {
+                   const std::vector<float>& labels, size_t sample) {
     const glm::dvec3 from(index_of(grid.size, sample));
     const glm::dvec3 point = world_point(grid, from);
     const glm::dvec3 end =
         c.scissors.eye_mm ? *c.scissors.eye_mm : point - 1e4 * glm::normalize(c.scissors.towards);
     const glm::dvec3 by = index_point(grid, end) - from;
-    std::map<double, bool> met; // by where the line enters
+    std::map<double, size_t> met; // by where the line enters
     for (size_t n = 0; n < in_set.size(); ++n) {
         const glm::dvec3 box(index_of(grid.size, n));
         double in = 0.0, out = 1.0;
@@ -111,13 +112,13 @@ bool is_first_seen(const CutCase& c, const Grid& grid, const std::vector<bool>& 
             out = std::min(out, std::max(one, two));
         }
         if (in < out)
-            met[in] = in_set[n];
+            met[in] = n;
     }
     bool has_left = false;
-    for (const auto& [where, is_set] : met) {
-        if (is_set && has_left)
+    for (const auto& [where, n] : met) {
+        has_left = has_left || !in_set[n];
+        if (has_left && labels[n] != 0.0f)
             return false;
-        has_left = has_left || !is_set;
     }
     return true;
 }
@@ -143,7 +144,7 @@ std::vector<float> cut_twin(const Volume& map, const CutCase& c, uint16_t locked
         const double depth = glm::dot(point - s.outline_mm[0], glm::normalize(s.towards));
         if (may[n] && inside == (s.action != ScissorsAction::erase_outside) &&
             (!s.depths_mm || (s.depths_mm->first <= depth && depth <= s.depths_mm->second)) &&
-            (!s.seen_first || is_first_seen(c, grid, may, n)))
+            (!s.seen_first || is_first_seen(c, grid, may, before, n)))
             after[n] = fills ? float(s.label) : 0.0f;
     }
     return after;
@@ -185,7 +186,7 @@ TEST(Scissors, CutWhatTheirDefinitionSays) {
     EXPECT_GT(hidden, 1000u) << "and some of it is hidden from the eye";
 }
 
-// Of a plate before another one, the first is cut, and the other stays behind it.
+// A plate before another one is cut, and the other stays behind it.
 TEST(Scissors, OfTwoPlatesTheFirstIsSeenFirst) {
     const Grid grid = make_grid({20, 20, 20}, glm::dvec3(1.0, 1.0, 2.0));
     const Volume map = make_volume(grid, ScalarType::u8, [](glm::uvec3 i) {
@@ -204,6 +205,40 @@ TEST(Scissors, OfTwoPlatesTheFirstIsSeenFirst) {
         EXPECT_EQ(from_below->value(i), inside && i.z < 10 ? 0.0f : was);
         EXPECT_EQ(from_above->value(i), inside && i.z >= 10 ? 0.0f : was);
     }
+}
+
+// A plate of another label hides a plate, whether it is locked or not.
+TEST(Scissors, OtherLabelsHide) {
+    const Volume map =
+        make_volume(make_grid({8, 8, 12}, glm::dvec3(1.0)), ScalarType::u8, [](glm::uvec3 i) {
+            return i.z == 3 ? (i.x < 4 ? 2.0 : 0.0) : i.z == 8 ? 1.0 : 0.0;
+        });
+    const Scissors s{.outline_mm = {{-9, -9, 0}, {20, -9, 0}, {20, 20, 0}, {-9, 20, 0}},
+                     .seen_first = true};
+    for (const std::vector<uint16_t>& locked : {std::vector<uint16_t>{}, {2}}) {
+        const Result<Volume> cut = cut_labels(map, s, locked, {});
+        ASSERT_TRUE(cut) << cut.error().message;
+        for (size_t n = 0; n < sample_count(map.grid()); ++n) {
+            const glm::uvec3 i = index_of(map.grid().size, n);
+            EXPECT_EQ(cut->value(i), i.z == 8 && i.x >= 4 ? 0.0f : map.value(i));
+        }
+    }
+}
+
+// A million corners whose edges all cross the whole outline: a saw from bottom to top.
+TEST(Scissors, AnOutlineOfManyLongEdgesIsCutAndCanBeStopped) {
+    const Volume map = make_volume(make_grid({4, 4, 1}, glm::dvec3(1.0)), ScalarType::u8,
+                                   [](glm::uvec3) { return 1.0; });
+    Scissors s;
+    for (int i = 0; i < 1000000; ++i)
+        s.outline_mm.emplace_back(1.6 + 1e-7 * i, i % 2 == 0 ? -5.0 : 9.0, 0.0);
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_FALSE(cut_labels(map, s, {}, {stop.get_token(), {}}));
+    const Result<Volume> cut = cut_labels(map, s, {}, {});
+    ASSERT_TRUE(cut) << cut.error().message;
+    // The saw and its closing edge lie between x of 1.6 and 1.7: no sample is within.
+    EXPECT_EQ(samples_of(*cut), samples_of(map));
 }
 
 TEST(Scissors, AreTheSameForAnyNumberOfThreads) {
