@@ -201,7 +201,7 @@ TEST_F(SearchTest, WordsOfOtherProgramsFindOurs) {
         {"PET", "volume over slices"},
         {"island", "label: largest piece"},
         {"live wire", "live-wire"},
-        {"lasso", "contour along edges"},
+        {"lasso", "outline that cuts"},
         {"csv", "measures to a table"},
         {"distance", "ruler"},
         {"length", "ruler"},

@@ -206,7 +206,7 @@ constexpr WidgetHelp kHelp[] = {
     {"segment/inside", "seeds inside", "seeds of the label that is to be found", "foreground"},
     {"segment/outside", "seeds outside", "seeds of what is not the label", "background"},
     {"segment/erase", "erase seeds", "takes seeds away under the brush", ""},
-    {"segment/scissors", "scissors",
+    {"segment/scissors", "outline that cuts",
      "an outline that is drawn in a slice or in 3D cuts labels, or fills them",
      "lasso cut erase freehand outline trim"},
     {"scissors/action", "what scissors do",

@@ -104,6 +104,7 @@ constinit const Tool kLocalThresholdTool{
     .help =
         "a click takes what is joined to the pointer and alike; + -: more, "
         "less",
+    .icon = Icon::auto_fix,
     .group = ToolGroup::paint,
     .press = press_region,
     .hover = hover_region,
@@ -119,6 +120,7 @@ constinit const Tool kLevelTraceTool{
     .help =
         "a click fills the contour of the grey value under the pointer, in "
         "a slice",
+    .icon = Icon::vector_curve,
     .group = ToolGroup::paint,
     .press = press_region,
     .hover = hover_region,

@@ -124,6 +124,7 @@ constinit const Tool kScissorsTool{
     .help =
         "a drawn outline erases the label inside or outside, or fills it, "
         "by turns",
+    .icon = Icon::vector_circle,
     .group = ToolGroup::paint,
     .press = press_scissors,
     .drag = drag_scissors,

@@ -110,7 +110,7 @@ Bytes bytes_of(Color color, bool is_bgra) {
     color = color > 0.0f ? color : Color{};
     color = color < 255.0f ? color : Color{} + 255.0f;
     const Bytes bytes = (Bytes) __builtin_convertvector(color + 0.5f, Whole);
-    return is_bgra ? __builtin_shuffle(bytes, Bytes{2, 1, 0, 3}) : bytes;
+    return is_bgra ? Bytes{bytes[2], bytes[1], bytes[0], bytes[3]} : bytes;
 }
 
 // Lays a colour over a texel of 8 bits a channel by its alpha.

@@ -386,8 +386,9 @@ inline Operation random_operation(Random& random, OperationKind kind) {
         op.rates.push_back({100, uniform(random, 0, 2e5)});
         op.rates.push_back({900, uniform(random, 0, 2e5)});
     }
-    if (op.on_labels() && pick(random, 0, 2) == 0)
-        op.area = random_area(random);
+    Random of_area = random; // what is drawn next is as without an area
+    if (op.on_labels() && pick(of_area, 0, 2) == 0)
+        op.area = random_area(of_area);
     return op;
 }
 
