@@ -244,14 +244,15 @@ struct Nested {
     const Outline* outline;
     double area;
     glm::dvec2 low, high;           // of its box
-    std::vector<Nested*> smaller{}; // those whose boxes meet its box
+    std::vector<Nested*> smaller{}; // those whose boxes meet its box, to be compared with it
+    size_t waiting = 0;             // corners of these
     size_t depth = 0;               // how many it lies within
 };
 
 // Makes those deeper that lie within a polygon: most of the middles of their edges do, as a corner
 // may lie on the other's edge. Each middle has the answer of contains(), from the edges at its
 // height alone.
-void deepen_within(const Nested& outer) {
+void deepen_within(Nested& outer) {
     struct Middle {
         glm::dvec2 at;
         Nested* of;
@@ -282,6 +283,18 @@ void deepen_within(const Nested& outer) {
     for (const auto& [one, count] : within)
         if (2 * count > one->outline->size())
             ++one->depth;
+    outer.smaller.clear();
+    outer.waiting = 0;
+}
+
+// Compared at once are as many corners as the outer one has, so that its own edges cost no more
+// than theirs, and lists of contours within contours do not grow with the square of their number.
+void add_smaller(Nested& outer, Nested& one) {
+    constexpr size_t kFewest = 256;
+    outer.smaller.push_back(&one);
+    outer.waiting += one.outline->size();
+    if (outer.waiting >= std::max(kFewest, outer.outline->size()))
+        deepen_within(outer);
 }
 
 // Each polygon with its depth. Only those whose boxes meet are compared, which a walk from the left
@@ -309,13 +322,13 @@ std::vector<Nested> nested(std::span<const Outline> polygons) {
             if (other->low.y > one->high.y || other->high.y < one->low.y)
                 continue;
             if (std::abs(other->area) > std::abs(one->area))
-                other->smaller.push_back(one);
+                add_smaller(*other, *one);
             else if (std::abs(one->area) > std::abs(other->area))
-                one->smaller.push_back(other);
+                add_smaller(*one, *other);
         }
         open.push_back(one);
     }
-    for (const Nested& one : all)
+    for (Nested& one : all)
         if (!one.smaller.empty())
             deepen_within(one);
     return all;

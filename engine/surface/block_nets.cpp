@@ -41,7 +41,7 @@ uint16_t place_in_block(glm::ivec3 cell) {
     return static_cast<uint16_t>(at.x + kNetSide * (at.y + kNetSide * at.z));
 }
 
-// What lies in each of some blocks, in its order, from the cells of all.
+// Lists the cells of each of some blocks, in its order, from the cells of all.
 class BlockLists {
  public:
     BlockLists(const ChangedBox& blocks, const std::vector<glm::ivec3>& cells)

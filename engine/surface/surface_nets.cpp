@@ -81,7 +81,7 @@ struct PartPlace {
     }
 };
 
-// Of the way to the mean of a vertex's neighbours, of each step.
+// Shares of the way to the mean of a vertex's neighbours, one for each step.
 std::vector<double> shares_of(const SurfaceNetsOptions& options) {
     std::vector<double> shares;
     for (uint32_t pass = 0; pass < options.passes; ++pass)

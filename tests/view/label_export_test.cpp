@@ -84,7 +84,7 @@ TEST_F(LabelExportTest, AVolumeHoldsNamesAndColours) {
         std::string::npos);
 }
 
-// Of the series that the volume came from; of another volume it is refused.
+// They name the series that the volume came from; for another volume they are refused.
 TEST_F(LabelExportTest, DicomObjectsBelongToTheOpenSeries) {
     for (int z = 0; z < 3; ++z)
         test::write(file(("slice" + std::to_string(z) + ".dcm").c_str()), test::dicom_slice(z));

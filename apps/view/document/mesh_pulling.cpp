@@ -20,8 +20,8 @@ struct MeshPulling::MeshRun {
     struct Done { // one of the two
         std::optional<SimplexMesh> mesh;
         std::optional<Volume> labels{}; // as they become
-        // The labels' step in the list of edits, and what a person is told after
-        // the label's new volume.
+        // The labels' step in the list of edits, and what a person is told after the label's new
+        // volume.
         const char *step = "", *told = "";
         const char* unchanged = nullptr;      // else, where no sample changes; null: the same words
         bool is_of_mesh = false;              // that is pulled, and then is done with

@@ -14,7 +14,7 @@ namespace {
 
 using test::Folder;
 
-// What a command prints, and its exit status.
+// A command's output, and its exit status.
 std::pair<std::string, int> said_by(const std::string& command) {
     FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");
     std::string said;

@@ -260,7 +260,7 @@ TEST(SurfaceNets, SmoothingBringsABallNearerToItsSphere) {
     EXPECT_EQ(smooth.triangles.size(), plain.triangles.size());
 }
 
-// Of one eigenvalue k of the mean over neighbours a round leaves (1 - 0.6 k)^5 (1 + 3 k), three
+// A round leaves of one eigenvalue k of the mean over neighbours (1 - 0.6 k)^5 (1 + 3 k), three
 // passes (1 - 0.5 k)^3 (1 + 0.53 k)^3. Stairs of eight samples along one axis have k = 0.15: 0.89
 // and 1.00. A ball of radius r keeps its radius but for 5.4 k^2 with k = 1 / (2 r^2): below 1e-3.
 TEST(SurfaceNets, AStrongRoundTakesAwayStairsAndKeepsVolume) {
