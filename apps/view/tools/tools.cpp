@@ -27,8 +27,8 @@ void choose_tool(ViewState& state, const Tool& tool) {
     state.tool = &tool;
     if (tool.first_button)
         state.stylus.first = *tool.first_button;
-    state.hand_put_down = state.stylus.by_pointer &&
-                          tool.first_button.value_or(Carve::nothing) == Carve::nothing;
+    state.hand_put_down =
+        state.stylus.by_pointer && tool.first_button.value_or(Carve::nothing) == Carve::nothing;
 }
 
 bool is_in_hand(const ViewState& state, const Tool& tool) {
