@@ -31,23 +31,37 @@ struct ValueBox {
     }
 };
 
-ValueBox values_of(const Volume& volume, glm::ivec3 low, glm::ivec3 high) {
+// A box of places without values, as far as it lies in the volume.
+ValueBox box_within(const Grid& grid, glm::ivec3 low, glm::ivec3 high) {
     ValueBox box{glm::max(low, glm::ivec3(0)), {}, {}};
-    box.size = glm::min(high, glm::ivec3(volume.size()) - 1) - box.low + 1;
-    box.values.resize(size_t(box.size.x) * size_t(box.size.y) * size_t(box.size.z));
-    read_box(volume, box.low, box.size, packed(glm::uvec3(box.size)), box.values.data());
+    box.size = glm::min(high, glm::ivec3(grid.size) - 1) - box.low + 1;
     return box;
 }
 
 // The box about a sample that holds all within so many mm.
-ValueBox values_about(const Volume& volume, glm::uvec3 at, double reach_mm) {
-    const glm::dmat3 rows = glm::transpose(glm::dmat3(index_from_world(volume.grid())));
+ValueBox box_about(const Grid& grid, glm::uvec3 at, double reach_mm) {
+    const glm::dmat3 rows = glm::transpose(glm::dmat3(index_from_world(grid)));
     const glm::dvec3 reach =
         reach_mm * glm::dvec3(glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2]));
-    const glm::dvec3 last = glm::dvec3(volume.size()) - 1.0;
+    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
     const glm::dvec3 middle(at);
-    return values_of(volume, glm::ivec3(glm::ceil(glm::max(middle - reach, glm::dvec3(0.0)))),
-                     glm::ivec3(glm::floor(glm::min(middle + reach, last))));
+    return box_within(grid, glm::ivec3(glm::ceil(glm::max(middle - reach, glm::dvec3(0.0)))),
+                      glm::ivec3(glm::floor(glm::min(middle + reach, last))));
+}
+
+// Reads a box's values, a layer of bricks after the other. Where it was stopped, some are 0:
+// whoever calls looks at the stop before the result leaves.
+ValueBox read_values(const Volume& volume, ValueBox box, const Task& task) {
+    const size_t layer = size_t(box.size.x) * size_t(box.size.y);
+    box.values.resize(layer * size_t(box.size.z));
+    constexpr int kSide = int(kBrickSide);
+    for (int z = 0, end = 0; z < box.size.z && !task.stop.stop_requested(); z = end) {
+        end = std::min(box.size.z, ((box.low.z + z) / kSide + 1) * kSide - box.low.z);
+        const glm::ivec3 size(box.size.x, box.size.y, end - z);
+        read_box(volume, box.low + glm::ivec3(0, 0, z), size, packed(glm::uvec3(size)),
+                 box.values.data() + layer * size_t(z));
+    }
+    return box;
 }
 
 float median_of(std::vector<float>& values) { // not empty; the lower one of an even number
@@ -56,14 +70,15 @@ float median_of(std::vector<float>& values) { // not empty; the lower one of an 
     return *middle;
 }
 
-// The values like those near a sample.
-std::pair<double, double> values_like(const Volume& volume, const LocalThreshold& click,
-                                      float own) {
+// The values like those near a sample; nothing where it was stopped.
+std::optional<std::pair<double, double>> values_like(const Volume& volume,
+                                                     const LocalThreshold& click, float own,
+                                                     const Task& task) {
     const glm::ivec3 at(click.at);
     const glm::dmat3 mm_from_index(volume.grid().world_from_index);
     std::vector<float> near;
     const auto take = [&](const ValueBox& box, bool in_block) {
-        for (int z = 0; z < box.size.z; ++z)
+        for (int z = 0; z < box.size.z && !task.stop.stop_requested(); ++z)
             for (int y = 0; y < box.size.y; ++y)
                 for (int x = 0; x < box.size.x; ++x) {
                     const glm::ivec3 by = box.low + glm::ivec3(x, y, z) - at;
@@ -75,8 +90,11 @@ std::pair<double, double> values_like(const Volume& volume, const LocalThreshold
                         near.push_back(value);
                 }
     };
-    take(values_of(volume, at - 1, at + 1), true);
-    take(values_about(volume, click.at, click.near_mm), false);
+    const Grid& grid = volume.grid();
+    take(read_values(volume, box_within(grid, at - 1, at + 1), task), true);
+    take(read_values(volume, box_about(grid, click.at, click.near_mm), task), false);
+    if (task.stop.stop_requested())
+        return std::nullopt;
     std::vector<float>& alike = near; // the quarter of them
     const auto count = static_cast<ptrdiff_t>((near.size() + 3) / 4);
     // Of two that differ as much, the lower one first: the order of samples has no effect.
@@ -89,29 +107,34 @@ std::pair<double, double> values_like(const Volume& volume, const LocalThreshold
     const ValueRange range = volume.range();
     const double spread =
         std::max(farthest / kQuarter, 1e-3 * (double{range.max} - double{range.min}));
-    return {std::min(double{own}, middle - click.times * spread),
-            std::max(double{own}, middle + click.times * spread)};
+    return std::pair(std::min(double{own}, middle - click.times * spread),
+                     std::max(double{own}, middle + click.times * spread));
 }
 
 // The least box about what is taken in a box.
-ClickRegion cropped(const ValueBox& box, const std::vector<uint8_t>& taken) {
+Result<ClickRegion> cropped(const ValueBox& box, const std::vector<uint8_t>& taken,
+                            const Task& task) {
     glm::ivec3 low(box.size), high(-1);
-    for (int z = 0; z < box.size.z; ++z)
+    for (int z = 0; z < box.size.z && !task.stop.stop_requested(); ++z)
         for (int y = 0; y < box.size.y; ++y)
             for (int x = 0; x < box.size.x; ++x)
                 if (taken[box.index({x, y, z})]) {
                     low = glm::min(low, glm::ivec3(x, y, z));
                     high = glm::max(high, glm::ivec3(x, y, z));
                 }
+    if (task.stop.stop_requested())
+        return stopped();
     ClickRegion region;
     region.low = glm::uvec3(box.low + low);
     region.size = glm::uvec3(high - low + 1);
-    for (int z = low.z; z <= high.z; ++z)
+    for (int z = low.z; z <= high.z && !task.stop.stop_requested(); ++z)
         for (int y = low.y; y <= high.y; ++y)
             for (int x = low.x; x <= high.x; ++x) {
                 region.taken.push_back(taken[box.index({x, y, z})] ? 1 : 0);
                 region.count += region.taken.back();
             }
+    if (task.stop.stop_requested())
+        return stopped();
     return region;
 }
 
@@ -160,7 +183,7 @@ class Layer {
         }
         return piece;
     }
-    // What a piece does not surround, from the rim on.
+    // All that a piece does not surround, from the rim on.
     Set outside(const Set& piece_of, bool over_corners) const {
         return piece({0, 0}, over_corners, [&](size_t i) { return !piece_of[i]; });
     }
@@ -220,6 +243,11 @@ bool ClickRegion::has(glm::uvec3 sample) const {
            taken[at.x + size_t{size.x} * (at.y + size_t{size.y} * at.z)] != 0;
 }
 
+uint64_t samples_in_reach(const Grid& grid, glm::uvec3 at, double reach_mm) {
+    const glm::uvec3 size(box_about(grid, at, reach_mm).size);
+    return uint64_t{size.x} * size.y * size.z;
+}
+
 Result<ClickRegion> local_region(const Volume& volume, const LocalThreshold& click,
                                  const Task& task) {
     if (!is_sample(volume, click.at))
@@ -228,8 +256,12 @@ Result<ClickRegion> local_region(const Volume& volume, const LocalThreshold& cli
     const float own = volume.value(click.at);
     if (std::isnan(own))
         return fail("local threshold: expected a sample with data, found none");
-    const auto [least, most] = values_like(volume, click, own);
-    const ValueBox box = values_about(volume, click.at, click.reach_mm);
+    const auto like = values_like(volume, click, own, task);
+    if (!like)
+        return stopped();
+    const double least = like->first, most = like->second;
+    const ValueBox box =
+        read_values(volume, box_about(volume.grid(), click.at, click.reach_mm), task);
     const glm::dmat3 mm_from_index(volume.grid().world_from_index);
     const glm::ivec3 middle = glm::ivec3(click.at) - box.low;
     const auto is_alike = [&](glm::ivec3 at) {
@@ -255,7 +287,7 @@ Result<ClickRegion> local_region(const Volume& volume, const LocalThreshold& cli
                 }
             }
     }
-    ClickRegion region = cropped(box, taken);
+    PALPATE_TRY(ClickRegion region, cropped(box, taken, task));
     region.least = least;
     region.most = most;
     return region;
@@ -274,7 +306,9 @@ Result<ClickRegion> level_region(const Volume& volume, const LevelTrace& click, 
     glm::ivec3 low(0), high(last);
     low[axis] = high[axis] =
         static_cast<int>(std::clamp(std::round(click.at[axis]), 0.0, last[axis]));
-    const ValueBox box = values_of(volume, low, high);
+    const ValueBox box = read_values(volume, box_within(volume.grid(), low, high), task);
+    if (task.stop.stop_requested())
+        return stopped();
     const Layer layer(box, across, down);
     const glm::dvec2 most = glm::dvec2(last[across], last[down]);
     // In the layer with its rim, within the squares of samples.
@@ -294,7 +328,7 @@ Result<ClickRegion> level_region(const Volume& volume, const LevelTrace& click, 
     for (int y = 0; y < box.size[down]; ++y)
         for (int x = 0; x < box.size[across]; ++x)
             taken.push_back(!outside[layer.index({x + 1, y + 1})]);
-    ClickRegion region = cropped(box, taken);
+    PALPATE_TRY(ClickRegion region, cropped(box, taken, task));
     region.least = region.most = sides.level;
     return region;
 }

@@ -6,7 +6,8 @@
 
 #include "engine/segment/task.h"
 
-// What a click on one place of a volume takes: small enough to be found anew as the pointer moves.
+// A click on one place of a volume takes a region: small enough to be found anew as the pointer
+// moves.
 namespace palpate {
 
 // Samples of a volume: a box of them, and which of these, x fastest, 1 or 0.
@@ -38,6 +39,8 @@ struct LocalThreshold {
 
     friend bool operator==(const LocalThreshold&, const LocalThreshold&) = default;
 };
+// The samples of the box that holds all within so many mm of one.
+uint64_t samples_in_reach(const Grid& grid, glm::uvec3 at, double reach_mm);
 // Refused: a sample outside the volume or without data. Memory: 10 bytes a sample of the box.
 Result<ClickRegion> local_region(const Volume& volume, const LocalThreshold& click,
                                  const Task& task);

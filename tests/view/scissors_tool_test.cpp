@@ -114,6 +114,10 @@ TEST(ScissorsTool, TheKeyTakesTheNextActionAndDepthsAreTheStates) {
     hand.orders.clear();
     draw_square(hand, Panel::axial, 20.0);
     EXPECT_TRUE(cuts_of(hand).empty()) << "in a slice nothing is seen first";
+    hand.state.notes.clip_planes = {{hand.state.crosshair_mm, {1.0, 0.0, 0.0}}};
+    draw_square(hand, Panel::volume, 20.0);
+    EXPECT_TRUE(cuts_of(hand).empty()) << "clip planes show what would be hidden";
+    hand.state.notes.clip_planes.clear();
     draw_square(hand, Panel::volume, 20.0);
     EXPECT_TRUE(cuts_of(hand)[0].seen_first);
 }

@@ -15,6 +15,8 @@ void draw_region(ImDrawList& list, const ViewState& state, Work& work, Panel pan
     const auto& preview = state.own.of<Previewing>().preview;
     if (!takes_regions(*state.tool) || !under || !preview || !is_slice(panel))
         return;
+    if (!state.own.of<Clicking>().is_outlined)
+        return;
     preview->want(work.grey(), *under, work.threaded());
     const auto axis = axis_across(grid, state.slices[static_cast<size_t>(panel)]);
     const auto here = sample_at(grid, state.crosshair_mm);

@@ -11,13 +11,15 @@ namespace palpate::view {
 namespace {
 
 constexpr double kTimesPerKey = 1.15;
+constexpr uint64_t kMostOutlined = 4'000'000; // samples in reach
 
 std::optional<RegionClick> local_click(const ViewState& state, const Grid& grid, Panel panel) {
     const auto at = sample_at(grid, point_under(state, grid, panel, state.pointer_px));
     const Clicking& clicking = state.own.of<Clicking>();
-    return at ? std::optional<RegionClick>(LocalThreshold{
-                    .at = *at, .reach_mm = clicking.reach_mm, .times = clicking.times})
-              : std::nullopt;
+    return at && axis_across(grid, state.slices[static_cast<size_t>(panel)])
+               ? std::optional<RegionClick>(LocalThreshold{
+                     .at = *at, .reach_mm = clicking.reach_mm, .times = clicking.times})
+               : std::nullopt;
 }
 
 std::optional<RegionClick> trace_click(const ViewState& state, const Grid& grid, Panel panel) {
@@ -36,9 +38,14 @@ void hover_region(ViewState& state, const Subject& subject) {
     std::shared_ptr<RegionPreview>& preview = state.own.of<Previewing>().preview;
     if (!preview)
         preview = std::make_shared<RegionPreview>();
-    state.own.of<Clicking>().under = state.under && is_slice(*state.under)
-                                         ? click_in(state, subject.grid, *state.under)
-                                         : std::nullopt;
+    Clicking& clicking = state.own.of<Clicking>();
+    clicking.under = state.under && is_slice(*state.under)
+                         ? click_in(state, subject.grid, *state.under)
+                         : std::nullopt;
+    const auto* const local =
+        clicking.under ? std::get_if<LocalThreshold>(&*clicking.under) : nullptr;
+    clicking.is_outlined =
+        !local || samples_in_reach(subject.grid, local->at, local->reach_mm) <= kMostOutlined;
 }
 
 void take_region(const ToolEvent& at, const RegionClick& click) {
@@ -52,8 +59,9 @@ std::optional<Drag::Kind> press_region(const ToolEvent& at) {
         return std::nullopt;
     if (const auto click = click_in(at.state(), at.subject.grid, at.panel))
         take_region(at, *click);
-    else if (at.state().tool == &kLevelTraceTool)
-        at.tell("level tracing needs a slice along the samples: R turns planes back");
+    else if (!axis_across(at.subject.grid, at.state().slices[static_cast<size_t>(at.panel)]))
+        at.tell(fmt::format("{} needs a slice along the samples: R turns planes back",
+                            at.state().tool->title));
     return Drag::Kind::nothing;
 }
 
@@ -70,10 +78,10 @@ bool use_local_key(Outcome& next, const Event& event, const Subject& subject) {
 std::string how_to_threshold(const ViewState& state) {
     const Clicking& clicking = state.own.of<Clicking>();
     return fmt::format(
-        "local threshold: {:.2g} deviations, within {:.3g} mm; "
-        "click: takes what is "
-        "outlined; + -: more, less",
-        clicking.times, clicking.reach_mm);
+        "local threshold: {:.2g} deviations, within {:.3g} mm; click: takes what is {}; "
+        "+ -: more, less",
+        clicking.times, clicking.reach_mm,
+        clicking.is_outlined ? "outlined" : "alike (no outline: over 4 million samples in reach)");
 }
 
 } // namespace

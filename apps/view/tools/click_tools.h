@@ -11,8 +11,9 @@ namespace palpate::view {
 // The settings of the tools, and the click that would be made under the
 // pointer. A state of theirs.
 struct Clicking {
-    double reach_mm = 30.0, times = 3.0; // of LocalThreshold
-    std::optional<RegionClick> under{};  // none: the pointer is in no slice
+    double reach_mm = 30.0, times = 3.0; // LocalThreshold's
+    std::optional<RegionClick> under{};  // none: the pointer is in no slice along the samples
+    bool is_outlined = true;             // false: it would take too long at each move
     RegionClick clicked{};               // the last one that was asked for
 
     friend bool operator==(const Clicking&, const Clicking&) = default;
@@ -20,8 +21,7 @@ struct Clicking {
 
 class RegionPreview;
 
-// What the tools found for it last. No part of the value: states that differ in
-// it are equal.
+// The tools found it last. No part of the value: states that differ in it are equal.
 struct Previewing {
     std::shared_ptr<RegionPreview> preview{}; // from the first move on
 

@@ -63,7 +63,7 @@ void RegionPreview::want(const Volume& grey, const RegionClick& click, bool thre
         wish_ = {grey, click};
         is_new_ = true;
         older_.request_stop();
-        wake_.notify_one();
+        wake_.notify_all();
     }
     if (!threaded)
         find(*wish_, {});
@@ -90,6 +90,7 @@ void RegionPreview::run(const std::stop_token& stop) {
             if (!wake_.wait(held, stop, [&] { return is_new_; }))
                 return;
             is_new_ = false;
+            is_at_work_ = true;
             wish = wish_;
             older_ = std::stop_source();
             older = older_.get_token();
@@ -101,7 +102,15 @@ void RegionPreview::run(const std::stop_token& stop) {
             const std::scoped_lock held(mutex_);
             region_.reset();
         }
+        const std::scoped_lock held(mutex_);
+        is_at_work_ = false;
+        wake_.notify_all();
     }
+}
+
+void RegionPreview::wait() {
+    std::unique_lock held(mutex_);
+    wake_.wait(held, [&] { return !thread_.joinable() || (!is_new_ && !is_at_work_); });
 }
 
 std::shared_ptr<const ClickRegion> RegionPreview::region() {

@@ -13,8 +13,8 @@
 
 namespace palpate::view {
 
-// What a click would take: found on a thread of its own, for the newest place
-// alone, or at once in scripts.
+// Finds on a thread of its own, for the newest place alone, or at once in scripts, what a click
+// would take.
 class RegionPreview {
  public:
     RegionPreview() = default;
@@ -30,6 +30,7 @@ class RegionPreview {
     // not, in a layer across an axis: ends of lines, in samples. Never null.
     using Sides = std::vector<std::pair<glm::dvec3, glm::dvec3>>;
     std::shared_ptr<const Sides> sides(int axis, uint32_t layer);
+    void wait(); // until the newest place was looked at
     // The newest that was found; null: none, or it has no answer.
     std::shared_ptr<const ClickRegion> region();
 
@@ -51,7 +52,7 @@ class RegionPreview {
     std::mutex mutex_;           // of what follows
     std::condition_variable_any wake_;
     std::optional<Wish> wish_;
-    bool is_new_ = false;
+    bool is_new_ = false, is_at_work_ = false;
     std::stop_source older_; // ends what a newer wish makes idle
     std::shared_ptr<const ClickRegion> region_;
     std::jthread thread_; // last: ends before the rest goes

@@ -64,6 +64,10 @@ void release_scissors(const ToolEvent& at) {
         return at.tell(
             fmt::format("scissors: what is seen first is {}: choose all depths or a slab",
                         fills ? "not filled" : "known in 3D alone"));
+    if (cutting.depth == CutDepth::seen_first && !state.notes.clip_planes.empty())
+        return at.tell(
+            "scissors: what is seen first is not known while there are clip planes: "
+            "choose all depths or a slab, or remove the planes");
     Scissors cut{.action = cutting.action,
                  .label = state.label,
                  .all_labels = cutting.all_labels,

@@ -15,7 +15,7 @@ enum class CutDepth { all, slab, seen_first };
 struct Cutting {
     ScissorsAction action = ScissorsAction::erase_inside;
     CutDepth depth = CutDepth::all;
-    double slab_mm = 10.0; // of CutDepth::slab: about the slice, in 3D about the crosshair
+    double slab_mm = 10.0; // CutDepth::slab: about the slice, in 3D about the crosshair
     bool all_labels = false;
     std::vector<glm::dvec2> drawn_px{}; // of the window
     Scissors cut{};                     // the last one that was asked for
