@@ -1,6 +1,8 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/seed_options.h"
@@ -64,16 +66,16 @@ std::string list_text() {
     return text + net_list_text();
 }
 
-// The parameters that were given; a warning names those that another method has.
-ParameterValues values_of(const SegmentOptions& o, const CLI::App& app,
-                          const SegmentMethod& method) {
+// The parameters that were given; a warning names those that a method has not.
+ParameterValues values_of(const SegmentOptions& o, const CLI::App& app, std::string_view method,
+                          std::span<const MethodParameter> parameters) {
     ParameterValues given;
     std::string idle;
     for (const auto& [name, value] : o.values) {
         if (app.count("--" + name) == 0)
             continue;
         bool is_known = false;
-        for (const MethodParameter& parameter : method.parameters)
+        for (const MethodParameter& parameter : parameters)
             is_known |= name == parameter.name;
         if (is_known)
             given[name] = value;
@@ -81,7 +83,7 @@ ParameterValues values_of(const SegmentOptions& o, const CLI::App& app,
             idle += (idle.empty() ? "--" : ", --") + name;
     }
     if (!idle.empty())
-        log::warning("{} changes nothing: {} has no such parameter", idle, method.name);
+        log::warning("{} changes nothing: {} has no such parameter", idle, method);
     return given;
 }
 
@@ -124,6 +126,7 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
                                            {"--curves", &o.curves}})
             if (!path->empty())
                 return fail("{}: a net has none", option);
+        (void)values_of(o, app, kNet, {}); // it has none, and warns
         return run_net(o.net, o.read, o.seeds, o.start, o.background, o.out);
     }
     const SegmentMethod& method = *find_segment_method(o.method);
@@ -140,7 +143,7 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
         return fail("--distance: {} moves no surface whose distance it knows", method.name);
     if (!method.takes_curves && !o.curves.empty())
         return fail("--curves: {} takes no curves", method.name);
-    const ParameterValues values = values_of(o, app, method);
+    const ParameterValues values = values_of(o, app, method.name, method.parameters);
     const Interrupt interrupt;
     PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
     if (!method.takes_seeds && !method.takes_curves && !(o.seeds.empty() && o.start.empty()))

@@ -89,6 +89,18 @@ Result<std::vector<uint16_t>> ask_interactive(InteractiveNet& net, const Volume&
     return result;
 }
 
+// Refuses a label that a model has no name for: it could not be asked for.
+Result<void> expect_label(const FoundNet& found, const MonaiModel& model, uint16_t label) {
+    std::string known;
+    for (const auto& [name, number] : model.labels) {
+        if (number == label)
+            return {};
+        known += fmt::format("{}{} ({})", known.empty() ? "" : ", ", number, printable(name));
+    }
+    return fail("{}: expected seeds of the labels of the model {}, {}, found label {}",
+                found.server.url, printable(model.name), known.empty() ? "(none)" : known, label);
+}
+
 Result<std::vector<uint16_t>> ask_monai(const FoundNet& found, const MonaiModel& model,
                                         const Volume& volume, const NetSeeds& seeds,
                                         const std::stop_token& stop) {
@@ -96,6 +108,7 @@ Result<std::vector<uint16_t>> ask_monai(const FoundNet& found, const MonaiModel&
         return fail("{}: the model {} is shown points alone, found drawn seeds", found.server.url,
                     printable(model.name));
     std::map<uint16_t, MonaiPoints> points;
+    const bool has_names = model.type == "deepedit"; // it answers with all its labels at once
     if (model.takes_points()) {
         for (const auto& [label, at] : seeds.points)
             if (label != seeds.background)
@@ -104,6 +117,9 @@ Result<std::vector<uint16_t>> ask_monai(const FoundNet& found, const MonaiModel&
             for (const auto& [other, at] : seeds.points)
                 if (other != label)
                     of_label.outside.insert(of_label.outside.end(), at.begin(), at.end());
+        if (has_names)
+            for (const auto& [label, of_label] : points)
+                PALPATE_TRY(expect_label(found, model, label));
         if (points.empty())
             return fail("{}: expected points of an object for the model {}, found none",
                         found.server.url, printable(model.name));
@@ -117,7 +133,7 @@ Result<std::vector<uint16_t>> ask_monai(const FoundNet& found, const MonaiModel&
     for (const auto& [label, of_label] : points) {
         const std::vector<uint16_t> samples = samples_of(maps[next++]);
         for (size_t i = 0; i < result.size(); ++i)
-            if (result[i] == 0 && samples[i] != 0)
+            if (result[i] == 0 && (has_names ? samples[i] == label : samples[i] != 0))
                 result[i] = label;
     }
     return result;
@@ -162,10 +178,12 @@ std::string license_sentence(const FoundNet& found, const MonaiModel* model) {
 
 std::string sending_sentence(const Volume& volume, const NetServer& server) {
     const glm::uvec3 size = volume.size();
+    const bool is_encrypted = server.url.starts_with("https:");
     return fmt::format(
-        "all {} x {} x {} samples of the volume, and the seeds, go to {}{}", size.x, size.y, size.z,
-        server.url,
-        server.url.starts_with("https:") ? ", encrypted" : ", not encrypted on the way");
+        "all {} x {} x {} samples of the volume, its place in the patient, the seeds, and labels "
+        "to start from, go to {}, {}{}",
+        size.x, size.y, size.z, server.url, is_encrypted ? "encrypted" : "not encrypted on the way",
+        is_encrypted || server.key.empty() ? "" : ", where others can read the key, too");
 }
 
 Result<Volume> ask_net(const FoundNet& found, const MonaiModel* model, const Volume& volume,

@@ -27,7 +27,8 @@ Result<MonaiModel> model_of(const FoundNet& found, const std::string& name);
 // The licence of the net's weights as the server states it, in a sentence.
 std::string license_sentence(const FoundNet& found, const MonaiModel* model);
 
-// The words of a consent: which samples go where, and whether they are encrypted on the way.
+// The words of a consent: what goes where, whether it is encrypted on the way, and where others
+// can read the key.
 std::string sending_sentence(const Volume& volume, const NetServer& server);
 
 // Places that a person has shown, on the volume's grid, of the labels in order.

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cerrno>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "engine/base/printable.h"
@@ -172,8 +173,11 @@ Result<void> run(Handles& h, Transfer& transfer, const std::stop_token& stop) {
     const HttpRequest& request = transfer.request;
     const std::stop_callback wake(stop, [&] { h.curl.multi_wakeup(h.multi); });
     Watch watch{request.limits};
+    std::optional<Clock::time_point> stopped;
     for (;;) {
-        if (stop.stop_requested())
+        if (stop.stop_requested() && !stopped)
+            stopped = Clock::now();
+        if (stopped && Clock::now() - *stopped >= request.limits.after_stop)
             return fail("stopped before it was done");
         int running = 0;
         h.curl.multi_perform(h.multi, &running);

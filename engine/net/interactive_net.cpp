@@ -18,6 +18,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kPrepares = 600'000ms; // silence after an image was sent
 constexpr auto kReleases = 5'000ms;
+constexpr std::chrono::milliseconds kLeastPause = 250ms; // between two signs of life
 
 NetServer with_quiet(const NetServer& server, std::chrono::milliseconds quiet) {
     NetServer other = server;
@@ -117,7 +118,7 @@ Result<std::unique_ptr<InteractiveNet>> InteractiveNet::connect(NetServer server
     // Twice in the time after which the server believes that this program has died.
     const double alive_s = std::clamp(number_in(claim, "liveness_timeout_seconds"), 0.0, 3600.0);
     if (alive_s > 0.0) {
-        const auto pause = std::chrono::milliseconds(int64_t(alive_s * 500.0) + 1);
+        const auto pause = std::max(kLeastPause, std::chrono::milliseconds(int64_t(alive_s * 500)));
         net->beats_ = std::jthread([server = net->server_, pause](const std::stop_token& ended) {
             std::mutex mutex;
             std::condition_variable_any wake;
@@ -139,7 +140,8 @@ InteractiveNet::~InteractiveNet() {
     if (server_.lease.empty())
         return;
     // A server that does not hear it frees the place by itself.
-    (void)ask(with_quiet(server_, kReleases), {"POST", "/release"}, {});
+    server_.limits.quiet = server_.limits.whole = server_.limits.connect = kReleases;
+    (void)ask(server_, {"POST", "/release"}, {});
 }
 
 Result<HttpReply> InteractiveNet::post(const std::string& path, const Json& body,

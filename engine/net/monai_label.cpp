@@ -18,6 +18,7 @@ namespace palpate {
 namespace {
 
 constexpr size_t kMostModels = 1000;
+constexpr std::chrono::milliseconds kBrief{5'000}; // for what is asked when all is over
 
 std::string text_member(const Json& json, const char* key) {
     const Json* found = json.find(key);
@@ -127,7 +128,8 @@ Result<Volume> labels_in(const NetServer& server, std::span<const std::byte> byt
     file.close();
     if (!file)
         return fail("{}: expected to write {} bytes, found no room", path.string(), bytes.size());
-    ReadOptions options;
+    ReadOptions options; // room for labels of eight bytes twice, and a file's head
+    options.max_memory_bytes = 16 * sample_count(grid) + (64 << 20);
     options.stop = stop;
     Result<LoadedVolume> loaded = load_labels(path, options);
     if (!loaded)
@@ -154,8 +156,10 @@ struct Session {
     std::string id; // "": the server has none
 };
 
-Result<Session> open_session(const NetServer& server, std::span<const std::byte> image,
+// A stop waits a moment for the answer, without which the volume could not be taken off the server.
+Result<Session> open_session(NetServer server, std::span<const std::byte> image,
                              const std::stop_token& stop) {
+    server.limits.after_stop = kBrief;
     const MultipartBody body =
         write_multipart(std::vector<Part>{{"files", "volume.nii.gz", "application/gzip", image}});
     int status = 0;
@@ -163,6 +167,8 @@ Result<Session> open_session(const NetServer& server, std::span<const std::byte>
         ask(server, {"PUT", "/session/", body.content_type, body.bytes}, stop, &status);
     if (!reply && (status == 406 || status == 404 || status == 405))
         return Session{}; // its sessions are off
+    if (!reply && status == 0 && stop.stop_requested())
+        return fail("{}; {} may keep the volume", reply.error().message, server.url);
     if (!reply)
         return fail("{}", reply.error().message);
     PALPATE_TRY(const Json json, json_of(server, *reply));
@@ -229,9 +235,9 @@ Result<std::vector<Volume>> monai_infer(const NetServer& server, const MonaiMode
         }
         made.push_back(std::move(*labels));
     }
-    if (!session.id.empty()) { // the server keeps no copy, also after a failure
+    if (!session.id.empty()) { // also after a failure or a stop
         NetServer brief = server;
-        brief.limits.quiet = std::chrono::milliseconds(5'000);
+        brief.limits.quiet = brief.limits.whole = brief.limits.connect = kBrief;
         (void)ask(brief, {"DELETE", "/session/" + session.id}, {});
     }
     if (failure)

@@ -44,6 +44,10 @@ std::string meaning_of(int status) {
 } // namespace
 
 Result<std::string> server_url(std::string_view text) {
+    if (text.find('@') != std::string_view::npos) // which is not printed: it may be a password
+        return fail(
+            "expected a server such as gpu.example:1527 without a user or a password, "
+            "found an @: a key comes from a file");
     std::string url(text);
     const size_t scheme = url.find("://");
     if (scheme == std::string::npos)
@@ -53,7 +57,7 @@ Result<std::string> server_url(std::string_view text) {
     const size_t host = url.find("://") + 3;
     const bool is_http = url.starts_with("http://") || url.starts_with("https://");
     if (!is_http || host >= url.size() || !is_plain(url) ||
-        url.find_first_of("@?#\\\"<>") != std::string::npos || url[host] == ':' ||
+        url.find_first_of("?#\\\"<>") != std::string::npos || url[host] == ':' ||
         url[host] == '/' || url[host] == '-')
         return fail("expected a server such as gpu.example:1527 or https://gpu.example, found {}",
                     printable(text));
@@ -71,6 +75,7 @@ Result<HttpReply> ask(const NetServer& server, const NetQuestion& question,
                       const std::stop_token& stop, int* status) {
     HttpRequest request{
         question.method, server.url + question.path, {}, question.body, server.limits};
+    request.limits.whole = std::max(request.limits.whole, request.limits.quiet);
     if (!server.key.empty())
         request.headers.emplace_back("Authorization", "Bearer " + server.key);
     if (!server.lease.empty())

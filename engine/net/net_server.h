@@ -14,7 +14,7 @@ namespace palpate {
 struct NetServer {
     std::string url;     // as of server_url()
     std::string key;     // sent as "Authorization: Bearer KEY"; "": none
-    HttpLimits limits{}; // of each request
+    HttpLimits limits{}; // of each request; the whole may take as long as silence, at least
     std::string lease{}; // of nnInteractive, sent as X-Lease-Token; "": none
 };
 

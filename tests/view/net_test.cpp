@@ -6,6 +6,7 @@
 
 #include "apps/view/document/net_method.h"
 #include "apps/view/document/segment_run.h"
+#include "engine/net/net_server.h"
 #include "engine/volume/builder.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/net/fake_server.h"
@@ -14,6 +15,7 @@
 namespace palpate::view {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class NetInTheWindow : public ViewerTest {
@@ -67,9 +69,11 @@ TEST_F(NetInTheWindow, NothingIsSentBeforeAPersonAgrees) {
     EXPECT_THAT(viewer().interface().message(), HasSubstr("name a server first"));
     type_server();
     run();
-    EXPECT_THAT(
-        viewer().interface().message(),
-        HasSubstr("all 24 x 24 x 24 samples of the volume, and the seeds, go to " + fake_.url()));
+    EXPECT_THAT(viewer().interface().message(),
+                HasSubstr("all 24 x 24 x 24 samples of the volume, its place in the patient, the "
+                          "seeds, and labels "
+                          "to start from, go to " +
+                          fake_.url()));
     EXPECT_EQ(fake_.requests(), "");
     EXPECT_EQ(steps(), before);
     // An agreement is for the server that was named then.
@@ -77,8 +81,12 @@ TEST_F(NetInTheWindow, NothingIsSentBeforeAPersonAgrees) {
     click_widget("segment/net/server", 0.05);
     frame({{.kind = Event::Kind::text, .text = "x"}});
     frame({});
+    const std::string other = state().own.of<NetWish>().server;
+    EXPECT_NE(other, fake_.url());
     run();
-    EXPECT_EQ(fake_.requests(), "");
+    EXPECT_THAT(viewer().interface().message(),
+                AllOf(HasSubstr("go to " + server_url(other).value() + ","),
+                      HasSubstr("tick `send` to agree")));
     // And for this document alone.
     click_widget("segment/net/send", 0.05);
     EXPECT_TRUE(state().own.of<NetWish>().is_agreed());

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <thread>
+
 #include "engine/volume/builder.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/net/fake_server.h"
@@ -93,6 +95,53 @@ TEST_F(AskNet, ModelsOfMonaiLabelGiveTheirLabels) {
     }
 }
 
+// The fake model answers with a ball of its other label, too, which was not asked for.
+TEST_F(AskNet, ADeepeditModelGivesTheLabelsThatAreAskedFor) {
+    const FakeServer fake(file("monai"), {});
+    const auto net = found(fake);
+    ASSERT_TRUE(net) << net.error().message;
+    const auto edit = model_of(*net, "edit 3d");
+    ASSERT_TRUE(edit);
+    NetSeeds seeds;
+    seeds.points[5] = {{12, 6, 4}};
+    expect_labels(ask_net(*net, &*edit, stepped_volume(), seeds, {}), [](glm::ivec3 at) {
+        return in_ball(at, {12, 6, 4}) ? 5 : 0;
+    });
+    seeds.points[2] = {{12, 12, 9}};
+    expect_labels(ask_net(*net, &*edit, stepped_volume(), seeds, {}), [](glm::ivec3 at) {
+        return in_ball(at, {12, 12, 9}) ? 2 : in_ball(at, {12, 6, 4}) ? 5 : 0;
+    });
+    const std::string before = fake.requests();
+    seeds.points[3] = {{1, 1, 1}};
+    const auto refused = ask_net(*net, &*edit, stepped_volume(), seeds, {});
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message,
+                HasSubstr("of the model edit 3d, 5 (liver), 2 (spleen), found label 3"));
+    EXPECT_EQ(fake.requests(), before); // no sample has left
+}
+
+// A stop while the volume is on its way: the answer names the session, which is deleted.
+TEST_F(AskNet, AStopLeavesNoSession) {
+    const FakeServer fake(file("monai"), {});
+    const auto net = found(fake);
+    ASSERT_TRUE(net) << net.error().message;
+    const auto model = model_of(*net, "spleen");
+    ASSERT_TRUE(model);
+    fake.set_faults({"held=/session/"});
+    std::stop_source stop;
+    const std::jthread person([&] {
+        while (fake.requests().find("PUT /session/") == std::string::npos)
+            std::this_thread::yield();
+        stop.request_stop();
+        fake.set_faults({});
+    });
+    const auto labels = ask_net(*net, &*model, stepped_volume(), {}, stop.get_token());
+    ASSERT_FALSE(labels);
+    EXPECT_EQ(labels.error().message, "stopped before it was done");
+    EXPECT_THAT(fake.requests(), HasSubstr("DELETE /session/s%201"));
+    EXPECT_THAT(fake.requests(), testing::Not(HasSubstr("POST /infer")));
+}
+
 TEST_F(AskNet, FaultsOfMonaiLabelAreSentences) {
     const FakeServer fake(file("monai"), {});
     const auto net = found(fake);
@@ -128,6 +177,8 @@ TEST(NetServer, NamesOfServersAreChecked) {
     for (const char* wrong : {"", "http://", "ftp://gpu", "file:///etc", "http://a b", "me:pw@gpu",
                               "gpu?x", "gpu#x", "http:///x", "-o", "gpu\n"})
         EXPECT_FALSE(server_url(wrong)) << wrong;
+    EXPECT_THAT(server_url("https://me:pw1@gpu").error().message,
+                AllOf(HasSubstr("a password"), testing::Not(HasSubstr("pw1"))));
     EXPECT_EQ(server_key("abc\nmore"), "abc");
     EXPECT_FALSE(server_key("\n"));
     EXPECT_FALSE(server_key("a b"));
@@ -136,9 +187,22 @@ TEST(NetServer, NamesOfServersAreChecked) {
 TEST(NetServer, SendingIsSaidInASentence) {
     const Volume volume = stepped_volume();
     EXPECT_EQ(sending_sentence(volume, {"http://gpu:1527", {}, {}, {}}),
-              "all 20 x 16 x 12 samples of the volume, and the seeds, go to http://gpu:1527, not "
-              "encrypted on the way");
+              "all 20 x 16 x 12 samples of the volume, its place in the patient, the seeds, and "
+              "labels to start from, go to http://gpu:1527, not encrypted on the way");
+    EXPECT_THAT(sending_sentence(volume, {"http://gpu", "k", {}, {}}),
+                testing::EndsWith("on the way, where others can read the key, too"));
+    EXPECT_THAT(sending_sentence(volume, {"https://gpu", "k", {}, {}}),
+                testing::EndsWith(", encrypted"));
     EXPECT_THAT(sending_sentence(volume, {"https://gpu", {}, {}, {}}), HasSubstr(", encrypted"));
+}
+
+// Else --net-timeout could ask for silence that the limit of the whole cuts short.
+TEST_F(AskNet, TheWholeMayTakeAsLongAsSilence) {
+    const FakeServer fake(file("interactive"), {});
+    NetServer server = fake.server();
+    server.limits.whole = std::chrono::milliseconds(0);
+    const auto reply = ask(server, {"GET", "/healthz"}, {});
+    EXPECT_TRUE(reply) << reply.error().message;
 }
 
 TEST(NetServer, AServerThatIsNotThereIsNamed) {

@@ -13,7 +13,7 @@ A fault happens at each request whose path begins with PATH:
     cut=PATH     half of the answer   close=PATH    the connection ends without an answer
     damage=PATH  bytes are changed    shape=PATH    an array, or a label map, of another shape
     endless=PATH an answer that goes on   outside=PATH  a box beyond the volume
-    notjson=PATH an answer that is not JSON
+    notjson=PATH an answer that is not JSON   held=PATH no answer until the faults change
 """
 
 import ctypes
@@ -27,7 +27,8 @@ import threading
 FOLDER, FAULTS = sys.argv[1], [argument.split("=", 1) for argument in sys.argv[2:]]
 IS_MONAI = FOLDER.endswith("monai")
 ZSTD = ctypes.CDLL("libzstd.so.1")
-LOCK = threading.Lock()
+LOCK, CHANGED = threading.Lock(), threading.Condition()
+EDITED = {"spleen": 2, "liver": 5}  # of "edit 3d", which finds the place (2, 2, 2) of the one that it is not asked for
 STATE = {"leases": set(), "shape": None, "mask": None, "sessions": {}, "beats": 0}
 
 
@@ -96,7 +97,8 @@ def part_of(box):
 
 
 def nifti_labels(image, points):
-    """A .nii.gz like the one that came, of u8 labels: balls about points, or 3 where the image is above 50."""
+    """A .nii.gz like the one that came, of u8 labels: balls about the points of each label, where the first holds, or 3 where the
+    image is above 50."""
     head = bytearray(gzip.decompress(image))
     nx, ny, nz = struct.unpack_from("<3h", head, 42)
     kind, bits = struct.unpack_from("<2h", head, 70)
@@ -106,7 +108,8 @@ def nifti_labels(image, points):
     if points is None:
         labels = bytes(3 * (value > 50) for value in values)
     else:
-        labels = bytes(any((x - i) ** 2 + (y - j) ** 2 + (z - k) ** 2 <= 9 for i, j, k in points)
+        labels = bytes(next((label for label, places in points
+                             if any((x - i) ** 2 + (y - j) ** 2 + (z - k) ** 2 <= 9 for i, j, k in places)), 0)
                        for z in range(nz) for y in range(ny) for x in range(nx))
     struct.pack_into("<2h", head, 70, 2, 8)
     struct.pack_into("<2f", head, 112, 1.0, 0.0)
@@ -162,7 +165,9 @@ class Server(http.server.BaseHTTPRequestHandler):
         with LOCK, open(FOLDER + "/requests", "a", encoding="utf-8") as log:
             log.write(f"{self.command} {self.path} {len(body)} {self.headers.get('Authorization', '-')}\n")
         if self.path == "/fake/faults":
-            FAULTS[:] = [line.split("=", 1) for line in body.decode().splitlines()]
+            with CHANGED:
+                FAULTS[:] = [line.split("=", 1) for line in body.decode().splitlines()]
+                CHANGED.notify_all()
             return self.answer({})
         if self.fault("close"):
             self.close_connection = True
@@ -171,6 +176,8 @@ class Server(http.server.BaseHTTPRequestHandler):
             self.rfile.read(1)  # until the client leaves
             self.close_connection = True
             return None
+        with CHANGED:
+            CHANGED.wait_for(lambda: not self.fault("held"))
         for kind, path in FAULTS:
             if kind.isdigit() and self.path.startswith(path):
                 return self.answer({"detail": "as told"}, status=int(kind))
@@ -245,7 +252,7 @@ class Server(http.server.BaseHTTPRequestHandler):
         if path == "/info/":
             return self.answer({"name": "fake", "models": {
                 "spleen": {"type": "segmentation", "labels": {"spleen": 3}, "dimension": 3, "config": {"license": "Apache-2.0"}},
-                "edit 3d": {"type": "deepedit", "labels": {"spleen": 2}, "dimension": 3}}})
+                "edit 3d": {"type": "deepedit", "labels": EDITED, "dimension": 3}}})
         if path == "/session/" and self.command == "PUT":
             STATE["sessions"]["s 1"] = parts["files"]
             return self.answer({"session_id": "s 1"})
@@ -254,7 +261,8 @@ class Server(http.server.BaseHTTPRequestHandler):
             return self.answer({})
         if path in ("/infer/spleen", "/infer/edit%203d"):
             image = STATE["sessions"]["s 1"] if "session_id=s%201" in query else parts["file"]
-            points = json.loads(parts["params"])["spleen"] if "edit" in path else None
+            asked = json.loads(parts["params"])
+            points = [(label, asked.get(name, [[2, 2, 2]])) for name, label in EDITED.items()] if "edit" in path else None
             head, offset, (nx, ny, nz), labels = nifti_labels(image, points)
             if self.fault("shape"):
                 struct.pack_into("<h", head, 42, nx - 1)
