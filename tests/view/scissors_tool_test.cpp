@@ -118,7 +118,9 @@ TEST(ScissorsTool, TheKeyTakesTheNextActionAndDepthsAreTheStates) {
     draw_square(hand, Panel::volume, 20.0);
     EXPECT_TRUE(cuts_of(hand).empty()) << "clip planes show what would be hidden";
     hand.state.notes.clip_planes.clear();
+    hand.time_s += 1.0; // no double click
     draw_square(hand, Panel::volume, 20.0);
+    ASSERT_EQ(cuts_of(hand).size(), 1u);
     EXPECT_TRUE(cuts_of(hand)[0].seen_first);
 }
 
