@@ -39,9 +39,9 @@ struct SurfaceNetsOptions {
 // (Taubin), never farther than `bound` from the centre of its cell: so the surface stays within a
 // sample of the walls of voxels, and no label vanishes, not of one voxel either. A round of strong
 // smoothing is five steps of 0.6 of the way and one back of their sum, 3, with which a surface of
-// low curvature keeps its place: it has the reach of three passes, and takes away stairs of eight
-// samples, which these leave. Vertices on lines
-// where several walls meet move along these lines; those on the box of voxels stay on it.
+// low curvature keeps its place: it has the reach of three passes, and leaves 0.91 of stairs of
+// eight samples, 0.42 of stairs of four along one axis, where these leave 1.00 and 0.85. Vertices
+// on lines where several walls meet move along these lines; those on the box of voxels stay on it.
 //
 // Samples must be whole numbers 0 .. 65535, and each side below 65535. Threaded; the same on any
 // number of threads. Order: cells x fastest, then the wall's axis.

@@ -109,9 +109,7 @@ constinit const Tool kLocalThresholdTool{
     .name = "local",
     .title = "local threshold",
     .key = ".",
-    .help =
-        "a click takes what is joined to the pointer and alike; + -: more, "
-        "less",
+    .help = "a click takes what is joined to the pointer and alike; + -: more, less",
     .icon = Icon::auto_fix,
     .group = ToolGroup::paint,
     .press = press_region,
@@ -125,9 +123,7 @@ constinit const Tool kLevelTraceTool{
     .name = "trace",
     .title = "level tracing",
     .key = "0",
-    .help =
-        "a click fills the contour of the grey value under the pointer, in "
-        "a slice",
+    .help = "a click fills the contour of the grey value under the pointer, in a slice",
     .icon = Icon::vector_curve,
     .group = ToolGroup::paint,
     .press = press_region,

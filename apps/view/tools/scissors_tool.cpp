@@ -31,8 +31,7 @@ void look_at_slice(Scissors& cut, const ToolEvent& at, const std::vector<glm::dv
         cut.outline_mm.push_back(point_under(state, at.subject.grid, at.panel, px));
 }
 
-// As the camera sees it: as far away as the crosshair, or else as what is
-// looked at.
+// As the camera sees it: as far away as the crosshair, or else as what is looked at.
 void look_in_3d(Scissors& cut, const ToolEvent& at, const std::vector<glm::dvec2>& drawn) {
     const ViewState& state = at.state();
     const Camera& camera = state.camera;
@@ -125,9 +124,7 @@ constinit const Tool kScissorsTool{
     .name = "scissors",
     .title = "scissors",
     .key = ",",
-    .help =
-        "a drawn outline erases the label inside or outside, or fills it, "
-        "by turns",
+    .help = "a drawn outline erases the label inside or outside, or fills it, by turns",
     .icon = Icon::vector_circle,
     .group = ToolGroup::paint,
     .press = press_scissors,

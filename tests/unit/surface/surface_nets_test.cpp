@@ -261,9 +261,9 @@ TEST(SurfaceNets, SmoothingBringsABallNearerToItsSphere) {
 }
 
 // A round leaves of one eigenvalue k of the mean over neighbours (1 - 0.6 k)^5 (1 + 3 k), three
-// passes (1 - 0.5 k)^3 (1 + 0.53 k)^3. Stairs of eight samples along one axis have k = 0.15: 0.89
+// passes (1 - 0.5 k)^3 (1 + 0.53 k)^3. Stairs of eight samples along one axis have k = 0.15: 0.91
 // and 1.00. A ball of radius r keeps its radius but for 5.4 k^2 with k = 1 / (2 r^2): below 1e-3.
-TEST(SurfaceNets, AStrongRoundTakesAwayStairsAndKeepsVolume) {
+TEST(SurfaceNets, AStrongRoundFlattensStairsAndKeepsVolume) {
     for (const double radius : {6.0, 10.0, 13.0}) {
         const glm::dvec3 center(15.2, 14.9, 15.1);
         const Volume volume =
@@ -278,7 +278,7 @@ TEST(SurfaceNets, AStrongRoundTakesAwayStairsAndKeepsVolume) {
         EXPECT_LT(one.surface.rms_mm, three.surface.rms_mm);
         EXPECT_LT(one.surface.normal_rms_deg, 0.7 * three.surface.normal_rms_deg);
         // The bound holds back what steps over a corner of stairs, by less than a percent.
-        EXPECT_NEAR(topology(round).volume_mm3 / topology(plain).volume_mm3, 1.0, 0.02);
+        EXPECT_NEAR(topology(round).volume_mm3 / topology(plain).volume_mm3, 1.0, 0.01);
     }
 }
 
